@@ -1,0 +1,184 @@
+"""Index maps and sparse assembly: from the displacements of mesh nodes to the unknowns of the solver.
+
+The copies of a split node move by their mean and their jumps. Tractions depend on jumps only, so the means
+are as passive as the rest of the bulk. Supports and drives act on the mean; on a driven or supported face
+they hold the jumps too, on a single loaded point they leave them free, so that both faces carry the load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from .continuum import ElasticBlock
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_FREE, _FIXED, _DRIVEN = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Motion along `direction` (unit vector) of the nodes `nodes`: zero, or the drive's."""
+
+    name: str
+    nodes: Index
+    direction: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """u = transform @ v.
+
+    Attributes
+    ----------
+    transform : (2 m, n) sparse matrix
+    drive : number of the unknown that is the driven motion.
+    node : (n,) array, the node (before splitting) of each unknown; for the drive, any of its nodes.
+    """
+
+    transform: sp.csr_array
+    drive: int
+    node: Index
+
+    @classmethod
+    def build(cls, original: Index, supports: Sequence[Tie], drive: Tie) -> Unknowns:
+        """Number the unknowns of a split mesh.
+
+        Parameters
+        ----------
+        original : (m,) array, the node each node copies; a node that is no copy names itself.
+        supports, drive : Tie
+
+        Raises
+        ------
+        ValueError
+            If ties contradict each other at a node, or a tie has no nodes.
+        """
+        m, n0 = len(original), int(original.max()) + 1
+        frame = np.broadcast_to(np.eye(2), (n0, 2, 2)).copy()
+        framed = np.zeros(n0, dtype=bool)
+        mean, held = np.full((n0, 2), _FREE), np.zeros((n0, 2), dtype=bool)
+        sign = np.ones((n0, 2))
+        for tie, state in [*((support, _FIXED) for support in supports), (drive, _DRIVEN)]:
+            at = np.unique(original[tie.nodes])
+            if not len(at):
+                raise ValueError(f"{tie.name}: expected at least one node, got none")
+            d = np.asarray(tie.direction)
+            new = at[~framed[at]]
+            frame[new] = [d, [-d[1], d[0]]]
+            framed[new] = True
+            along = frame[at] @ d
+            component = abs(along).argmax(axis=1)
+            if (abs(abs(along).max(axis=1) - 1.0) > 1e-9).any():
+                raise ValueError(f"{tie.name}: its direction is oblique to another support at the same node")
+            if (mean[at, component] == _DRIVEN).any() or (state == _DRIVEN and (mean[at, component] != _FREE).any()):
+                raise ValueError(f"{tie.name}: a node is both held and driven in the direction {tie.direction}")
+            mean[at, component] = state
+            sign[at, component] = along[np.arange(len(at)), component]
+            held[at, component] |= len(at) > 1 or state == _FIXED
+
+        extra = np.arange(n0, m)
+        mean_free = mean == _FREE
+        jump_free = ~held[original[extra]]
+        n_mean, n_jump = int(mean_free.sum()), int(jump_free.sum())
+        number = np.full((n0, 2), -1)
+        number[mean_free] = np.arange(n_mean)
+        number[mean == _DRIVEN] = n_mean + n_jump
+        jump_number = np.full((len(extra), 2), -1)
+        jump_number[jump_free] = n_mean + np.arange(n_jump)
+
+        # copies of one node: u_i = mean + jump_i - (sum of the jumps) / copies, the first one without jump
+        belongs = sp.csr_array((np.ones(m), (np.arange(m), original)), shape=(m, n0))
+        copies = np.bincount(original, minlength=n0)
+        share = belongs @ sp.diags_array(-1.0 / copies) @ belongs[extra].T
+        share = (share + sp.csr_array((np.ones(len(extra)), (extra, np.arange(len(extra)))), shape=share.shape)).tocoo()
+
+        rows, columns, values = [], [], []
+        for component in (0, 1):
+            for nodes, number_of, weight in (
+                (np.arange(m), number[original, component], sign[original, component]),
+                (share.row, jump_number[share.col, component], share.data),
+            ):
+                use = number_of >= 0
+                for axis in (0, 1):
+                    rows.append(2 * nodes[use] + axis)
+                    columns.append(number_of[use])
+                    values.append(weight[use] * frame[original[nodes[use]], component, axis])
+        transform = sp.csr_array(
+            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+            shape=(2 * m, n_mean + n_jump + 1),
+        )
+        transform.eliminate_zeros()
+        node = np.concatenate([np.nonzero(mean_free)[0], original[extra[np.nonzero(jump_free)[0]]], original[drive.nodes[:1]]])
+        return cls(transform, n_mean + n_jump, node)
+
+
+def bulk_stiffness(blocks: Sequence[ElasticBlock], n_points: int, transform: sp.csr_array) -> sp.csc_array:
+    """Stiffness of the elastic bulk in the solver's unknowns, N/mm."""
+    rows, columns, values = [], [], []
+    for block in blocks:
+        dofs = (2 * block.cells[:, :, None] + np.arange(2)).reshape(len(block.cells), -1).astype(np.int32)
+        K = block.stiffness()
+        rows.append(np.broadcast_to(dofs[:, :, None], K.shape).ravel())
+        columns.append(np.broadcast_to(dofs[:, None, :], K.shape).ravel())
+        values.append(K.ravel())
+    K = sp.coo_array(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(2 * n_points, 2 * n_points)
+    ).tocsr()
+    return (transform.T @ K @ transform).tocsc()
+
+
+@dataclass(frozen=True)
+class CrackPoints:
+    """Jumps and forces of all integration points, on the few unknowns that each one sees.
+
+    Attributes
+    ----------
+    index : (p, k) array, unknowns; a point that sees fewer than k repeats one, with zero in `matrix`.
+    matrix : (p, 2, k) array, jump = matrix @ v[index].
+    weights : (p,) array, mm^2.
+    size : number of unknowns.
+    """
+
+    index: Index
+    matrix: Array
+    weights: Array
+    size: int
+
+    @classmethod
+    def build(cls, jump_operator: sp.csr_array, weights: Array) -> CrackPoints:
+        """From the (2 p, n) matrix that gives the jumps."""
+        entries = jump_operator.tocoo()
+        p, n = len(weights), jump_operator.shape[1]
+        pairs, inverse = np.unique((entries.row // 2).astype(np.int64) * n + entries.col, return_inverse=True)
+        point, column = pairs // n, pairs % n
+        place = np.arange(len(pairs)) - np.searchsorted(point, point)
+        k = int(place.max()) + 1 if len(place) else 1
+        index = np.zeros((p, k), dtype=np.int64)
+        index[point, place] = column
+        matrix = np.zeros((p, 2, k))
+        matrix[entries.row // 2, entries.row % 2, place[inverse]] = entries.data
+        return cls(index, matrix, weights, n)
+
+    def jump(self, v: Array) -> Array:
+        """Local jumps, (p, 2)."""
+        return np.einsum("pik,pk->pi", self.matrix, v[self.index])
+
+    def force(self, traction: Array) -> Array:
+        """Nodal forces of tractions (p, 2), in the solver's unknowns."""
+        local = np.einsum("pik,pi->pk", self.matrix, self.weights[:, None] * traction)
+        return np.bincount(self.index.ravel(), local.ravel(), self.size)
+
+    def stiffness(self, tangent: Array) -> tuple[Index, Index, Array]:
+        """Rows, columns and values of the tangent stiffness (entries at one place add up)."""
+        weighted = self.weights[:, None, None] * tangent
+        local = self.matrix.transpose(0, 2, 1) @ weighted @ self.matrix
+        rows = np.broadcast_to(self.index[:, :, None], local.shape)
+        columns = np.broadcast_to(self.index[:, None, :], local.shape)
+        return rows.ravel(), columns.ravel(), local.ravel()

@@ -1,0 +1,283 @@
+"""The crack-plane law of Jefferson and Mihai (2015), eqs (1)-(21) and (25).
+
+One law serves interface elements (jump in mm, small `width` or the paper's h) and the crack band
+(width = characteristic length, jump = width times local strain). Units N, mm, MPa; tension positive.
+Where the print leaves a choice, the parameters of `Concrete` say which one is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .concrete import Concrete
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class CrackPlane:
+    """Traction of a rough crack plane as a function of the jump between its faces.
+
+    Parameters
+    ----------
+    concrete : Concrete
+    width : width w of the band that the plane stands for, mm. None: w = h, eq. (21) as printed.
+
+    Raises
+    ------
+    ValueError
+        For a width that is not a finite number above 0.
+    """
+
+    concrete: Concrete
+    width: float = None  # type: ignore[assignment]
+    Zt: float = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        width = self.concrete.h if self.width is None else self.width
+        if isinstance(width, bool) or not isinstance(width, (int, float)) or not 0 < width < np.inf:
+            raise ValueError(f"width = {self.width!r}: expected a finite number above 0, in mm")
+        object.__setattr__(self, "width", float(width))
+        # opening at which damage starts in mode I
+        object.__setattr__(self, "Zt", self.width * self.concrete.ft / self.concrete.E)
+
+    def stiffness(self, components: int) -> Array:
+        """Diagonal of k, eq. (1), MPa/mm: shape (components,)."""
+        m = self.concrete
+        return np.array([m.E, m.G, m.G][:components]) / self.width
+
+    def update(self, jump: Array, Z: Array, frozen: bool = False) -> tuple[Array, Array, Array]:
+        """Traction, consistent tangent and new history, eq. (21).
+
+        Parameters
+        ----------
+        jump : (n, d) array, mm, d = 2 or 3
+            Local [normal, shear...]; normal > 0 opens.
+        Z : (n,) array, mm
+            Last converged history. Not modified.
+        frozen : bool
+            Tangent at constant Z, the unloading branch, where both exist.
+
+        Returns
+        -------
+        traction : (n, d) array, MPa
+        tangent : (n, d, d) array, MPa/mm, unsymmetric
+            At Z = Zeq, where loading and unloading differ, the loading one (unless `frozen`).
+        Z_new : (n,) array, mm
+
+        Raises
+        ------
+        ValueError
+            If `jump` is not (n, 2) or (n, 3), or `Z` is not (n,).
+        """
+        jump, Z = _checked(jump, Z)
+        n, d = jump.shape
+        k = self.stiffness(d)
+        Zeq, dZeq = self._equivalent_jump(jump)
+        Z0 = np.maximum(Z, self.Zt)
+        loading = (Zeq >= Z0) & (not frozen)
+        Z_new = np.maximum(Z0, Zeq)
+        intact = self._intact(Z_new)  # 1 - omega
+        ku = k * jump
+        traction = intact[:, None] * ku
+        tangent = np.zeros((n, d, d))
+        tangent[:, range(d), range(d)] = intact[:, None] * k
+        m = self.concrete
+        domega = np.where(loading, intact * (1.0 / Z_new + m.c1 / m.Zm), 0.0)  # d(omega)/dZ, from (5)
+        dt_dZ = -domega[:, None] * ku
+        at, contact, slope, dcontact_dZ = self._contact(jump, Z_new, tangent=True)
+        if at.size:
+            omega = 1.0 - intact[at]
+            traction[at] += omega[:, None] * contact
+            tangent[at] += omega[:, None, None] * slope
+            dt_dZ[at] += domega[at, None] * contact + (omega * loading[at])[:, None] * dcontact_dZ
+        tangent += dt_dZ[:, :, None] * dZeq[:, None, :]
+        return traction, tangent, Z_new
+
+    def traction(self, jump: Array, Z: Array) -> tuple[Array, Array]:
+        """Traction (n, d) and new history (n,) of `update`, without the tangent."""
+        jump, Z = _checked(jump, Z)
+        Z_new = np.maximum(np.maximum(Z, self.Zt), self._equivalent_jump(jump, gradient=False)[0])
+        traction = self._intact(Z_new)[:, None] * self.stiffness(jump.shape[1]) * jump
+        return traction + self.contact_traction(jump, Z_new), Z_new
+
+    def contact_traction(self, jump: Array, Z: Array) -> Array:
+        """Second term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""
+        jump, Z = _checked(jump, Z)
+        Z = np.maximum(Z, self.Zt)
+        result = np.zeros_like(jump)
+        at, contact, _, _ = self._contact(jump, Z, tangent=False)
+        result[at] = (1.0 - self._intact(Z[at]))[:, None] * contact
+        return result
+
+    def damage(self, Z: Array) -> Array:
+        """omega of eq. (5), (n,)."""
+        return 1.0 - self._intact(np.maximum(Z, self.Zt))
+
+    def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
+        """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""
+        jump, Z = _checked(jump, Z)
+        phi, n, *_ = self._surface(jump, np.maximum(Z, self.Zt))
+        return phi, n
+
+    def contact_reach(self, Z: Array) -> Array:
+        """ulm of eq. (19): contact is exactly zero at phi >= ulm. (n,), mm."""
+        return self.concrete.c_lm * self._smoothing(np.maximum(Z, self.Zt))[0]
+
+    def stored_energy(self, jump: Array, Z: Array) -> Array:
+        """Energy of the undamaged part, (1 - omega) u.k.u / 2, (n,), N/mm, at the history `Z` as it stands."""
+        jump, Z = _checked(jump, Z)
+        return 0.5 * self._intact(np.maximum(Z, self.Zt)) * self._twice_energy(jump)
+
+    def dissipation(self, jump0: Array, Z0: Array, jump1: Array, Z1: Array) -> tuple[Array, Array]:
+        """Damage dissipation of one step, the integral of u.k.u / 2 over omega: (n,), N/mm, and its
+        derivative with respect to `jump1`, (n, d).
+
+        Exact while u.k.u / Z^2 stays constant (any proportional path from the origin), second order in
+        the step otherwise. The trapezoidal rule over omega would lose 20 Zt ft at the onset of damage.
+        """
+        jump0, Z0 = _checked(jump0, Z0)
+        jump1, Z1 = _checked(jump1, Z1)
+        m = self.concrete
+        a = m.c1 / m.Zm
+        Z0, Z1 = np.maximum(Z0, self.Zt), np.maximum(Z1, self.Zt)
+        Zeq0 = self._equivalent_jump(jump0, gradient=False)[0]
+        Zeq1, dZeq1 = self._equivalent_jump(jump1)
+        loading = Zeq1 >= Z1
+
+        def antiderivative(Z: Array) -> Array:  # of -Z^2 d(omega)/dZ
+            return self.Zt * np.exp(-a * (Z - self.Zt)) * (Z + 2.0 / a)
+
+        drop = antiderivative(Z0) - antiderivative(Z1)
+        ratio1 = self._twice_energy(jump1) / Z1**2
+        # a point that starts its loading inside the damage surface has no ratio of its own there
+        on_surface = Zeq0 > (1.0 - 1e-9) * Z0
+        ratio = np.where(on_surface, 0.5 * (self._twice_energy(jump0) / Z0**2 + ratio1), ratio1)
+        share = np.where(on_surface, 0.5, 1.0)
+        ku = self.stiffness(jump1.shape[1]) * jump1
+        d_ratio = (2.0 * ku - 2.0 * (ratio1 * Z1)[:, None] * dZeq1) / (Z1**2)[:, None]
+        d_drop = self.Zt * np.exp(-a * (Z1 - self.Zt)) * (1.0 + a * Z1)
+        gradient = 0.5 * ((ratio * d_drop)[:, None] * dZeq1 + (share * drop)[:, None] * d_ratio)
+        return np.where(loading, 0.5 * ratio * drop, 0.0), np.where(loading[:, None], gradient, 0.0)
+
+    # -- pieces, each with its equation ---------------------------------------------------------
+
+    def _twice_energy(self, jump: Array) -> Array:
+        """u.k.u"""
+        return np.asarray(jump**2 @ self.stiffness(jump.shape[1]))
+
+    def _intact(self, Z: Array) -> Array:
+        """1 - omega of eq. (5), kept as itself: formed as a difference it is 0 from about 7 Zm."""
+        m = self.concrete
+        return self.Zt / Z * np.exp(-m.c1 * (Z - self.Zt) / m.Zm)
+
+    def _equivalent_jump(self, jump: Array, gradient: bool = True) -> tuple[Array, Array]:
+        """Zeq of eq. (4a) and its gradient."""
+        m = self.concrete
+        gamma, mu = (m.E / m.G) * m.r_sigma, (m.E / m.G) * m.mu_sigma
+        A = 0.5 * (1.0 + (mu / gamma) ** 2)
+        B = 1.0 - (mu / gamma) ** 2
+        u1, v = jump[:, 0], jump[:, 1:]
+        root = np.sqrt((B * u1) ** 2 + (2.0 / gamma) ** 2 * np.einsum("ij,ij->i", v, v))
+        Zeq = A * u1 + 0.5 * root
+        if not gradient:
+            return Zeq, Zeq
+        safe = np.where(root > 0, root, 1.0)[:, None]
+        dZeq = (0.5 / safe) * np.concatenate([(B**2 * u1)[:, None], (2.0 / gamma) ** 2 * v], axis=1)
+        dZeq[:, 0] += A
+        return Zeq, dZeq
+
+    def _smoothing(self, Z: Array) -> tuple[Array, Array]:
+        """uz of eq. (18) with the onset cap, and its slope in Z."""
+        m = self.concrete
+        uz = m.r_z * m.Zm + np.minimum(Z, m.Zm) / m.c_zn
+        slope = np.where(Z < m.Zm, 1.0 / m.c_zn, 0.0)
+        if m.onset_cap:
+            capped = Z / m.c_lm < uz
+            uz, slope = np.where(capped, Z / m.c_lm, uz), np.where(capped, 1.0 / m.c_lm, slope)
+        return uz, slope
+
+    def _reduction(self, u1: Array) -> tuple[Array, Array]:
+        """H_w of eqs (13) and (25) and its slope in u1."""
+        m = self.concrete
+        H, lost, dH = np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1)
+        opened = np.maximum(u1 - m.u_phi0, 0.0)
+        for p, c in zip(m.p, m.c, strict=True):
+            decay = opened / (c * m.Zm)
+            share = p * np.exp(-decay)
+            H += share
+            lost -= p * np.expm1(-decay)  # 1 - H, with its digits near closure
+            dH -= share / (c * m.Zm)
+        dH[u1 < m.u_phi0] = 0.0
+        below = H * self.width + lost * m.h
+        # far open, H underflows: H_w is 0 there, whatever its exact ratio
+        return H * self.width / below, self.width * m.h / below**2 * dH
+
+    def _surface(self, jump: Array, Z: Array) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
+        """phi and n = d(phi)/du of eqs (8)-(10); dphi/dR; distance d and cone mask; uz and its slope."""
+        m = self.concrete
+        q = np.sqrt(1.0 + m.m_g**2)
+        uz, duz = self._smoothing(Z)
+        R = m.n_g * m.Zm + m.c_lm * uz
+        u1, v = jump[:, 0], jump[:, 1:]
+        s = np.sqrt(np.einsum("ij,ij->i", v, v))
+        x = u1 - (m.u_phi0 + R)  # from the centre of the nose
+        cone = x + m.m_g * s > 0
+        d = np.hypot(x, s)
+        d = np.where(d > 0, d, 1.0)
+        s_safe = np.where(s > 0, s, 1.0)
+        apex = m.u_phi0 + R * (m.m_g - q) / m.m_g
+        phi = np.where(cone, (m.m_g * (u1 - apex) - s) / q, R - d)
+        normal = np.empty_like(jump)
+        normal[:, 0] = np.where(cone, m.m_g / q, -x / d)
+        normal[:, 1:] = -v / np.where(cone, q * s_safe, d)[:, None]
+        dphi_dR = np.where(cone, (q - m.m_g) / q, 1.0 - normal[:, 0])
+        return phi, normal, dphi_dR, np.where(cone, q * s_safe, d), cone, uz, duz
+
+    def _contact(self, jump: Array, Z: Array, tangent: bool) -> tuple[Index, Array, Array, Array]:
+        """H_w g k n of eqs (13)-(20) at the points in contact: their indices, its value, its derivative
+        with respect to the jump at constant Z, and its derivative with respect to Z."""
+        m = self.concrete
+        phi, normal, dphi_dR, distance, cone, uz, duz = self._surface(jump, Z)
+        at = np.flatnonzero(phi < m.c_lm * uz)
+        phi, normal, uz = phi[at], normal[at], uz[at]
+        g = 0.5 * uz * (np.log1p(np.exp(-2.0 * m.c_lm)) - np.logaddexp(0.0, -2.0 * phi / uz))  # (16), (B3)
+        H, dH = self._reduction(jump[at, 0])
+        k = self.stiffness(jump.shape[1])
+        kn = k * normal
+        contact = (H * g)[:, None] * kn
+        if not tangent:
+            return at, contact, contact, contact
+        dphi_dR, distance, cone, duz = dphi_dR[at], distance[at], cone[at], duz[at]
+        g_phi = 0.5 * (1.0 - np.tanh(phi / uz))
+        g_uz = (g - phi * g_phi) / uz
+        dR = m.c_lm * duz
+        # dn/du: -(I - s s^T)/(q |s|) in the shear plane on the cone, -(I - n n^T)/d on the nose
+        direction = normal.copy()
+        direction[cone] *= np.sqrt(1.0 + m.m_g**2)  # its shear part is now the unit vector -s
+        direction[cone, 0] = 0.0
+        dn = direction[:, :, None] * direction[:, None, :]
+        dn[:, range(jump.shape[1]), range(jump.shape[1])] -= 1.0
+        dn[cone, 0, 0] = 0.0
+        dn /= distance[:, None, None]
+        slope = kn[:, :, None] * ((H * g_phi)[:, None] * normal)[:, None, :]
+        slope[:, :, 0] += (dH * g)[:, None] * kn
+        slope += (H * g)[:, None, None] * k[:, None] * dn
+        dn_dR = -normal[:, :1] * normal / distance[:, None]
+        dn_dR[:, 0] += 1.0 / distance
+        dn_dR[cone] = 0.0
+        d_Z = (H * (g_phi * dphi_dR * dR + g_uz * duz))[:, None] * kn + (H * g * dR)[:, None] * k * dn_dR
+        return at, contact, slope, d_Z
+
+
+def _checked(jump: Array, Z: Array) -> tuple[Array, Array]:
+    jump, Z = np.asarray(jump, dtype=float), np.asarray(Z, dtype=float)
+    if jump.ndim != 2 or jump.shape[1] not in (2, 3):
+        raise ValueError(f"jump has shape {jump.shape}: expected (n, 2) or (n, 3)")
+    if Z.shape != jump.shape[:1]:
+        raise ValueError(f"Z has shape {Z.shape}: expected ({jump.shape[0]},), one per jump")
+    return jump, Z

@@ -1,0 +1,137 @@
+"""A user's own plane mesh: read, checked, and cut along a named set or a polyline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from .cracks import EDGES, Line, edges_on_path, insert_cracks
+from .errors import MeshError
+from .plane import counter_clockwise
+
+Index = NDArray[np.int64]
+
+
+def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
+    """Read a plane mesh in any format that meshio knows and insert its crack.
+
+    Parameters
+    ----------
+    path : file with triangle, quad, triangle6 or quad8 cells in the x-y plane, lengths in mm.
+    crack : name of a set of line cells (or of nodes) on the crack path, or polylines that follow element edges.
+
+    Returns
+    -------
+    meshio.Mesh
+        As `insert_cracks` gives it. Its point sets are the file's point sets and the nodes of its cell sets
+        (gmsh's physical groups included).
+
+    Raises
+    ------
+    MeshError
+        If the file cannot be read, is not plane, has non-finite coordinates or lacks the named set.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise MeshError(f"file = '{path}': there is no such file")
+    try:
+        mesh = meshio.read(path)
+    except SystemExit:  # meshio's way to say that no reader accepts the file
+        raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads") from None
+    except Exception as error:
+        raise MeshError(f"file = '{path}': meshio cannot read it: {error or type(error).__name__}") from None
+    points = np.asarray(mesh.points, dtype=float)
+    if not np.isfinite(points).all():
+        raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite")
+    if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points):
+        raise MeshError(f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh")
+    points = points[:, :2]
+    lines, sets = _named_sets(mesh)
+    blocks = [(b.type, counter_clockwise(points, b.data.astype(np.int64))) for b in mesh.cells if b.type in EDGES]
+    if not blocks:
+        raise MeshError(
+            f"file = '{path}': its cells are {', '.join({b.type for b in mesh.cells}) or 'none'}; "
+            f"expected {', '.join(EDGES)}"
+        )
+    used = np.unique(np.concatenate([cells.ravel() for _, cells in blocks]))
+    index = np.full(len(points), -1)
+    index[used] = np.arange(len(used))
+    clean = meshio.Mesh(
+        points[used],
+        [(kind, index[cells]) for kind, cells in blocks],
+        point_sets={name: index[nodes][index[nodes] >= 0] for name, nodes in sets.items()},
+    )
+    if not isinstance(crack, str):
+        return insert_cracks(clean, edges_on_path(clean, "crack", crack))
+    if crack not in sets:
+        raise MeshError(f"crack = '{crack}': the file has no such set; it has {', '.join(sorted(sets)) or 'none'}")
+    return insert_cracks(clean, _set_edges(clean, lines.get(crack), clean.point_sets[crack], index))
+
+
+def _named_sets(mesh: meshio.Mesh) -> tuple[dict[str, Index], dict[str, Index]]:
+    """Line cells by set name, and nodes by set name."""
+    lines: dict[str, Index] = {}
+    nodes: dict[str, Index] = {name: np.asarray(at, dtype=np.int64) for name, at in (mesh.point_sets or {}).items()}
+    members: dict[str, list[tuple[str, Index]]] = {}
+    for name, at in (mesh.cell_sets or {}).items():
+        if not name.startswith("gmsh:"):
+            members[name] = [
+                (b.type, b.data[np.asarray(i, dtype=np.int64)])
+                for b, i in zip(mesh.cells, at, strict=True)
+                if i is not None and len(i)
+            ]
+    physical = mesh.cell_data.get("gmsh:physical")
+    for name, (tag, _) in (mesh.field_data or {}).items():
+        if physical is not None:
+            members[name] = [(b.type, b.data[p == tag]) for b, p in zip(mesh.cells, physical, strict=True)]
+    for name, parts in members.items():
+        parts = [(kind, data) for kind, data in parts if len(data)]
+        if parts:
+            nodes[name] = np.unique(np.concatenate([data.ravel() for _, data in parts])).astype(np.int64)
+        edges = [data[:, :2] for kind, data in parts if kind in ("line", "line3")]
+        if edges:
+            lines[name] = np.concatenate(edges).astype(np.int64)
+    return lines, nodes
+
+
+def _set_edges(mesh: meshio.Mesh, lines: Index | None, nodes: Index, index: Index) -> Index:
+    """Edges of a set: its line cells, else every element edge between two of its nodes; chained to one direction."""
+    if lines is not None:
+        return _chained(index[lines])
+    on = np.zeros(len(mesh.points), dtype=bool)
+    on[nodes] = True
+    corners = np.concatenate(
+        [b.data[:, [(i, (i + 1) % n) for i in range(n)]].reshape(-1, 2) for b in mesh.cells for n in [len(EDGES[b.type])]]
+    )
+    edges = np.unique(np.sort(corners[on[corners].all(axis=1)], axis=1), axis=0)
+    if not len(edges):
+        raise MeshError("crack: no element edge joins two nodes of the named set")
+    return _chained(edges)
+
+
+def _chained(edges: Index) -> Index:
+    """Edges turned so that each continues its neighbour, from an end of the path where there is one."""
+    neighbours: dict[int, list[int]] = {}
+    for i, (a, b) in enumerate(edges.tolist()):
+        neighbours.setdefault(a, []).append(i)
+        neighbours.setdefault(b, []).append(i)
+    ends = [node for node, at in neighbours.items() if len(at) != 2]
+    done = np.zeros(len(edges), dtype=bool)
+    turned = edges.copy()
+    for start in [*sorted(ends), *edges[:, 0].tolist()]:
+        pending = [start]
+        while pending:
+            node = pending.pop()
+            for i in neighbours[node]:
+                if not done[i]:
+                    done[i] = True
+                    if turned[i, 0] != node:
+                        turned[i] = turned[i, ::-1]
+                    pending.append(int(turned[i, 1]))
+    return turned
+
+

@@ -1,0 +1,254 @@
+"""Parametric plane specimens, meshed with their crack path inserted. Lengths in mm, angles in degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import meshio
+
+from .cracks import Line, Point
+from .errors import MeshError
+from .plane import MeshSizes, mesh_polygon
+
+
+@dataclass(frozen=True)
+class NotchedBeam:
+    """A beam on two supports with a notch in its lower face, loaded at mid-span from above.
+
+    Origin at mid-span on the lower face; x along the beam, y upwards. Point sets: `support_left`,
+    `support_right`, `load`, `gauge_plus` (left of the notch) and `gauge_minus`.
+
+    Parameters
+    ----------
+    length, span, depth, thickness : of the beam.
+    notch : depth of the notch.
+    notch_position : of the notch, from mid-span.
+    notch_width : 0 for a slit without width.
+    gauge : distance between the two points on the lower face that measure the opening; 0: mean jump over the crack.
+    crack : polyline (or list of polylines) of the crack; default: from the notch tip straight up.
+    """
+
+    length: float
+    span: float
+    depth: float
+    thickness: float
+    notch: float
+    notch_position: float = 0.0
+    notch_width: float = 0.0
+    gauge: float = 0.0
+    crack: Any = None
+
+    def __post_init__(self) -> None:
+        _positive(self, "length", "span", "depth", "thickness")
+        _at_least_zero(self, "notch", "notch_width", "gauge")
+        _expect(self, "span", self.span <= self.length, f"at most length = {self.length:g}")
+        _expect(self, "notch", self.notch < self.depth, f"less than depth = {self.depth:g}")
+        reach = abs(self.notch_position) + max(self.notch_width, self.gauge) / 2
+        _expect(self, "notch_position", reach < self.length / 2, "notch and gauge inside the length of the beam")
+        if self.gauge:
+            _expect(self, "gauge", self.gauge > self.notch_width, f"more than notch_width = {self.notch_width:g}")
+        object.__setattr__(self, "crack", polylines(self.crack))
+
+    @property
+    def paths(self) -> list[Line]:
+        """The crack path."""
+        x = self.notch_position
+        return self.crack or [[(x, self.notch), (x, self.depth)]]
+
+    def mesh(self, sizes: MeshSizes) -> meshio.Mesh:
+        """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
+        a, b, x, w = self.length / 2, self.depth, self.notch_position, self.notch_width / 2
+        outline: list[Point] = [(a, 0), (a, b), (-a, b), (-a, 0)]
+        slits: list[Line] = []
+        if self.notch and self.notch_width:
+            outline += [(x - w, 0), (x - w, self.notch), (x + w, self.notch), (x + w, 0)]
+        elif self.notch:
+            slits = [[(x, 0.0), (x, self.notch)]]
+        nodes: dict[str, Sequence[Point]] = {
+            "support_left": [(-self.span / 2, 0.0)],
+            "support_right": [(self.span / 2, 0.0)],
+            "load": [(0.0, b)],
+        }
+        if self.gauge:
+            nodes |= {"gauge_plus": [(x - self.gauge / 2, 0.0)], "gauge_minus": [(x + self.gauge / 2, 0.0)]}
+        return mesh_polygon(outline, self.paths, sizes, slits, nodes)
+
+
+@dataclass(frozen=True)
+class NotchedTension:
+    """A plate with notches at mid-length, pulled between two rigid platens that do not turn.
+
+    Origin in the centre; x across the plate, y along the pull. Point sets: `base`, `top` and the gauge
+    points on both edges, `gauge_minus` below and `gauge_plus` above.
+
+    Parameters
+    ----------
+    length, width, thickness : of the plate; length is measured along the pull.
+    notch : depth of each notch.
+    notches : "double" (from both edges) or "single" (from the left edge).
+    notch_width : 0 for slits without width.
+    gauge : length over which the opening is measured, mean of both edges; 0: mean jump over the crack.
+    crack : polyline (or list of polylines) of the crack; default: straight through the ligament.
+    """
+
+    length: float
+    width: float
+    thickness: float
+    notch: float
+    notches: str = "double"
+    notch_width: float = 0.0
+    gauge: float = 0.0
+    crack: Any = None
+
+    def __post_init__(self) -> None:
+        _positive(self, "length", "width", "thickness")
+        _at_least_zero(self, "notch", "notch_width", "gauge")
+        _expect(self, "notches", self.notches in ("single", "double"), "'single' or 'double'")
+        depth = self.notch * (2 if self.notches == "double" else 1)
+        _expect(self, "notch", depth < self.width, f"a ligament to be left of width = {self.width:g}")
+        _expect(self, "notch_width", self.notch_width < self.length, f"less than length = {self.length:g}")
+        if self.gauge:
+            inside = self.notch_width < self.gauge < self.length
+            _expect(self, "gauge", inside, f"between notch_width = {self.notch_width:g} and length = {self.length:g}")
+        object.__setattr__(self, "crack", polylines(self.crack))
+
+    @property
+    def paths(self) -> list[Line]:
+        """The crack path."""
+        right = self.width / 2 - (self.notch if self.notches == "double" else 0.0)
+        return self.crack or [[(-self.width / 2 + self.notch, 0.0), (right, 0.0)]]
+
+    def mesh(self, sizes: MeshSizes) -> meshio.Mesh:
+        """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
+        a, b, w = self.width / 2, self.length / 2, self.notch_width / 2
+        tip = a - self.notch
+        both = self.notches == "double"
+        outline: list[Point] = [(-a, -b), (a, -b)]
+        if self.notch and w and both:
+            outline += [(a, -w), (tip, -w), (tip, w), (a, w)]
+        outline += [(a, b), (-a, b)]
+        if self.notch and w:
+            outline += [(-a, w), (-tip, w), (-tip, -w), (-a, -w)]
+        slits: list[Line] = []
+        if self.notch and not w:
+            slits = [[(-a, 0.0), (-tip, 0.0)]] + ([[(tip, 0.0), (a, 0.0)]] if both else [])
+        g = self.gauge / 2
+        nodes: dict[str, Sequence[Point]] = {}
+        if g:
+            nodes = {"gauge_minus": [(-a, -g), (a, -g)], "gauge_plus": [(-a, g), (a, g)]}
+        return mesh_polygon(
+            outline, self.paths, sizes, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))}
+        )
+
+
+@dataclass(frozen=True)
+class SingleCrack:
+    """A rectangular block with one crack through its centre, moved at its top face.
+
+    Origin in the centre, before `rotation` turns the whole. Point sets: `base`, `top`, one corner of each
+    (`base_corner`, `top_corner`) and, with a gauge, `gauge_minus` and `gauge_plus` on the crack's normal.
+
+    Parameters
+    ----------
+    width, height, thickness : of the block.
+    angle : between the crack and the base, above -90 and at most 90.
+    crack_length : None: through the whole block; else a crack with both tips inside.
+    drive_angle : between the motion of the top face and its outer normal: 0 pulls, 90 shears, 180 pushes.
+    faces : "free" (base and top may contract sideways) or "clamped".
+    rotation : turns the block, its supports and its drive.
+    gauge : length over which the opening is measured across the crack's centre; 0: mean jump over the crack.
+    crack : polyline (or list of polylines) in the block's axes, instead of angle and crack_length.
+    """
+
+    width: float
+    height: float
+    thickness: float
+    angle: float = 0.0
+    crack_length: float | None = None
+    drive_angle: float = 0.0
+    faces: str = "free"
+    rotation: float = 0.0
+    gauge: float = 0.0
+    crack: Any = None
+
+    def __post_init__(self) -> None:
+        _positive(self, "width", "height", "thickness")
+        _at_least_zero(self, "gauge")
+        _expect(self, "angle", -90 < self.angle <= 90, "above -90 and at most 90 degrees")
+        _expect(self, "faces", self.faces in ("free", "clamped"), "'free' or 'clamped'")
+        if self.crack_length is not None:
+            through = math.dist(*self._through())
+            _expect(self, "crack_length", 0 < self.crack_length < through, f"above 0 and below {through:g}")
+        _expect(self, "gauge", self.gauge < min(self.width, self.height), "less than width and height")
+        object.__setattr__(self, "crack", polylines(self.crack))
+
+    def _through(self) -> tuple[Point, Point]:
+        t = math.radians(self.angle)
+        reach = min(
+            self.width / 2 / abs(math.cos(t)) if abs(math.cos(t)) > 1e-12 else math.inf,
+            self.height / 2 / abs(math.sin(t)) if abs(math.sin(t)) > 1e-12 else math.inf,
+        )
+        x, y = reach * math.cos(t), reach * math.sin(t)
+        return (-x, -y), (x, y)
+
+    def turned(self, x: float, y: float) -> Point:
+        """A point or direction of the block's axes in space."""
+        c, s = math.cos(math.radians(self.rotation)), math.sin(math.radians(self.rotation))
+        return (c * x - s * y, s * x + c * y)
+
+    @property
+    def paths(self) -> list[Line]:
+        """The crack path, in space."""
+        ends = self._through()
+        scale = 1.0 if self.crack_length is None else self.crack_length / math.dist(*ends)
+        lines = self.crack or [[(scale * x, scale * y) for x, y in ends]]
+        return [[self.turned(*p) for p in line] for line in lines]
+
+    @property
+    def normal(self) -> Point:
+        """Unit normal of the straight crack, in space, towards its plus side."""
+        t = math.radians(self.angle)
+        return self.turned(-math.sin(t), math.cos(t))
+
+    def mesh(self, sizes: MeshSizes) -> meshio.Mesh:
+        """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
+        a, b, g = self.width / 2, self.height / 2, self.gauge / 2
+        corners = [self.turned(*p) for p in ((-a, -b), (a, -b), (a, b), (-a, b))]
+        nodes: dict[str, Sequence[Point]] = {"base_corner": [corners[0]], "top_corner": [corners[3]]}
+        if g:
+            n = self.normal
+            nodes |= {"gauge_minus": [(-g * n[0], -g * n[1])], "gauge_plus": [(g * n[0], g * n[1])]}
+        edges = {"base": (corners[0], corners[1]), "top": (corners[3], corners[2])}
+        return mesh_polygon(corners, self.paths, sizes, (), nodes, edges)
+
+
+def polylines(crack: Any) -> list[Line]:
+    """A polyline, or a list of them, as a list of polylines; ValueError for anything else."""
+    if crack is None:
+        return []
+    try:
+        nested = isinstance(crack[0][0], (list, tuple))
+        lines = [[(float(x), float(y)) for x, y in line] for line in (crack if nested else [crack])]
+        if all(math.isfinite(c) for line in lines for p in line for c in p):
+            return list(lines)
+    except (TypeError, ValueError, IndexError, KeyError):
+        pass
+    raise ValueError(f"crack = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists")
+
+
+def _expect(specimen: object, name: str, holds: bool, expected: str) -> None:
+    if not holds:
+        raise MeshError(f"{name} = {getattr(specimen, name)!r}: expected {expected}")
+
+
+def _positive(specimen: object, *names: str) -> None:
+    for name in names:
+        _expect(specimen, name, getattr(specimen, name) > 0, "a number above 0")
+
+
+def _at_least_zero(specimen: object, *names: str) -> None:
+    for name in names:
+        _expect(specimen, name, getattr(specimen, name) >= 0, "a number of at least 0")
