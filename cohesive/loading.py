@@ -1,0 +1,180 @@
+"""Stages: what is controlled, how far, in which steps, until when; and the march through them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .solver import NotConverged, Problem, State, Trial
+
+CONTROLS = ("opening", "sliding", "load", "driven", "dissipation")
+
+#: what `until` may watch: columns of the history, and the load over the largest load so far
+WATCHED = (
+    "load", "opening", "sliding", "driven", "stress_n", "stress_s", "work", "elastic", "stored", "dissipated",
+    "contact_work", "load_ratio",
+)  # fmt: skip
+
+#: a step is cut down to this part of the nominal one before the run gives up
+SMALLEST_STEP = 2.0**-14
+#: a step that needed no more iterations lets the next one grow
+EASY_ITERATIONS = 6
+#: the first step after a reversal, as a part of the nominal one
+REVERSAL_STEP = 0.25
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of the loading.
+
+    Parameters
+    ----------
+    control : "opening" | "sliding" (the scene's gauge, mm), "load" (N), "driven" (mm), "dissipation" (N mm in all).
+    to : target, or a list of targets that are visited in turn.
+    steps : number of equal steps to each target; a step that fails is cut, the next ones grow back.
+    until : {quantity = value}: end the stage where a recorded quantity passes a value, located within 0.1 %.
+        Quantities: the columns of the history, and "load_ratio", the load over the largest one so far.
+    """
+
+    control: str
+    to: Any
+    steps: int = 50
+    until: Any = None
+
+    def __post_init__(self) -> None:
+        if self.control not in CONTROLS:
+            raise ValueError(f"control = {self.control!r}: expected one of {', '.join(CONTROLS)}")
+        if self.steps < 1:
+            raise ValueError(f"steps = {self.steps!r}: expected a whole number of at least 1")
+        if not self.targets or not all(_is_number(target) for target in self.targets):
+            raise ValueError(f"to = {self.to!r}: expected a number or a list of numbers")
+        if self.control == "dissipation" and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
+            raise ValueError(f"to = {self.to!r}: expected growing numbers above 0, dissipation cannot fall")
+        if self.until is not None:
+            if not isinstance(self.until, dict) or len(self.until) != 1:
+                raise ValueError(f"until = {self.until!r}: expected one quantity and its value, like {{load = -3000.0}}")
+            ((name, value),) = self.until.items()
+            if name not in WATCHED or not _is_number(value):
+                raise ValueError(f"until = {self.until!r}: expected a number for one of {', '.join(WATCHED)}")
+
+    @property
+    def targets(self) -> list[float]:
+        """The targets as a list."""
+        return list(self.to) if isinstance(self.to, (list, tuple)) else [self.to]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
+
+
+@dataclass(frozen=True)
+class Step:
+    """One converged step."""
+
+    trial: Trial
+    cuts: int
+    control: str
+    value: float
+
+
+class SteppedTooShort(NotConverged):
+    """The smallest step failed."""
+
+
+@dataclass
+class March:
+    """Takes a problem through its stages, one converged step at a time.
+
+    Attributes
+    ----------
+    ending : why the march ended, once it has: "" at the end of the stages.
+    """
+
+    problem: Problem
+    stages: list[Stage]
+    record: Callable[[State], dict[str, float]]
+    ending: str = ""
+
+    def __iter__(self) -> Iterator[Step]:
+        state = self.problem.initial()
+        last: tuple[str, float] = ("", 0.0)  # control and direction of the last step
+        for number, stage in enumerate(self.stages):
+            for target in stage.targets:
+                for step, direction in self._leg(state, stage, number, float(target), last):
+                    state = step.trial.state
+                    last = (stage.control, direction)
+                    yield step
+                    if self.problem.is_separated(state):
+                        self.ending = "the crack has run through: no traction is left"
+                        return
+                if self._reached:
+                    break
+
+    def _leg(
+        self, state: State, stage: Stage, number: int, target: float, last: tuple[str, float]
+    ) -> Iterator[tuple[Step, float]]:
+        """Steps of a stage towards one target."""
+        problem, control = self.problem, stage.control
+        self._reached = False
+        start = problem.measure(control, state)
+        nominal = abs(target - start) / stage.steps
+        direction = float(np.sign(target - start))
+        reversal = last[0] == control and last[1] * direction < 0
+        reversal |= control == "load" and state.load * direction < 0
+        size = nominal * (REVERSAL_STEP if reversal else 1.0)
+        peak = max(abs(state.load), 1e-300)
+        value, cuts = start, 0
+        while nominal and abs(target - value) > 1e-9 * nominal:
+            left = abs(target - value)
+            size = left if left < 1.001 * size else size
+            try:
+                trial = self._advance(state, control, value + direction * size, reversal)
+            except NotConverged as error:
+                cuts += 1
+                size *= 0.5
+                if size < SMALLEST_STEP * nominal:
+                    raise SteppedTooShort(
+                        f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
+                        f"{size:.1e}: {error}. Smaller steps, another control or a coarser tolerance may help"
+                    ) from None
+                continue
+            reached = False
+            if stage.until is not None:
+                fraction, reached = self._watch(stage.until, state, trial.state, peak)
+                if not reached and fraction < 1.0:
+                    size *= fraction
+                    continue
+            yield Step(trial, cuts, control, problem.measure(control, trial.state)), direction
+            state, reversal, cuts = trial.state, False, 0
+            peak = max(peak, abs(state.load))
+            value = problem.measure(control, state)
+            if reached:
+                self._reached = True
+                return
+            if trial.iterations <= EASY_ITERATIONS:
+                size = min(2.0 * size, nominal)
+
+    def _advance(self, state: State, control: str, value: float, reversal: bool) -> Trial:
+        if control == "dissipation":
+            dissipating = (self.problem.law.traction(state.jump, np.zeros(len(state.Z)))[1] >= state.Z) & (
+                state.Z > self.problem.law.Zt
+            )
+            if not dissipating.any():
+                return self.problem.advance(state, "load", self.problem.onset_load(state), reversal)
+        return self.problem.advance(state, control, value, reversal)
+
+    def _watch(self, until: dict[str, float], before: State, after: State, peak: float) -> tuple[float, bool]:
+        """Fraction of the step at which the quantity passes its value (1: not in it), and whether that is located."""
+        ((name, value),) = until.items()
+        if name == "load_ratio":
+            old, new = abs(before.load) / peak, abs(after.load) / max(peak, abs(after.load))
+        else:
+            old, new = self.record(before)[name], self.record(after)[name]
+        if old == value or (old - value) * (new - value) > 0 or (name == "load_ratio" and new > value):
+            return 1.0, False
+        if abs(new - value) <= 1e-3 * max(abs(value), 1e-3 * abs(old - value)):
+            return 1.0, True
+        return float(np.clip((value - old) / (new - old), 0.05, 0.95)), False

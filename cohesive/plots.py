@@ -1,0 +1,100 @@
+"""Figures: the load-opening curve and the deformed body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from .result import major_stress
+
+if TYPE_CHECKING:
+    from .result import Result
+
+Array = NDArray[np.float64]
+
+#: corners of the bulk cells
+_CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4}
+
+
+def save_curve(result: Result, path: Path) -> None:
+    """Load against opening, over the measured band where there is one."""
+    figure = new_figure(6.4, 4.4)
+    axes = figure.add_subplot()
+    opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
+    reference = result.reference
+    if reference is not None:
+        if np.array_equal(reference.load_min, reference.load_max):
+            axes.plot(reference.opening, reference.load_min, "o", color="0.6", label=reference.label)
+        else:
+            band = axes.fill_between(reference.opening, reference.load_min, reference.load_max, color="0.85")
+            band.set_label(f"{reference.label}, band")
+            for bound in (reference.load_min, reference.load_max):
+                axes.plot(reference.opening, bound, ".", color="0.6", markersize=4)
+    axes.plot(opening, load, color="C0", label="discrete crack")
+    axes.plot(
+        result.opening_at_peak, result.peak_load, "o", color="C3", markersize=4, label=f"peak {result.peak_load:.4g} N"
+    )
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    axes.set(xlabel="opening (mm)", ylabel="load (N)", title=result.scene.title)
+    axes.legend(frameon=False)
+    save(figure, path)
+
+
+def save_deformed(result: Result, path: Path) -> None:
+    """The body at the last row, coloured by the larger principal stress, displacements magnified."""
+    rows = len(result.history["step"])
+    frame = result.frame(rows - 1)
+    mesh = result.model.mesh
+    points, u = mesh.points, frame.displacement
+    size = float(np.ptp(points, axis=0).max())
+    factor = _magnification(0.06 * size / max(float(np.hypot(*u.T).max()), 1e-300))
+    warped = points + factor * u
+    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in result.model.blocks]
+    stress = np.concatenate([major_stress(s) for s in frame.stress])
+    low, high = np.percentile(stress, [1, 99])
+    span = warped.max(axis=0) - warped.min(axis=0)
+    width = 8.0
+    figure = new_figure(width, float(np.clip(width * span[1] / span[0] * 0.95 + 0.9, 2.6, 8.5)))
+    axes = figure.add_subplot()
+    body = PolyCollection(
+        [polygon for block in faces for polygon in block], array=stress, cmap="viridis", edgecolors="face", linewidths=0.3
+    )
+    body.set_clim(low, max(high, low + 1e-12))
+    axes.add_collection(body)
+    for cells in (mesh.cells[-1].data,):
+        for a, b in ((0, 1), (3, 2)):
+            segments = warped[cells[:, [a, b]]]
+            axes.plot(*segments.transpose(2, 1, 0), color="C3", linewidth=0.8)
+    axes.set_xlim(warped[:, 0].min() - 0.02 * size, warped[:, 0].max() + 0.02 * size)
+    axes.set_ylim(warped[:, 1].min() - 0.02 * size, warped[:, 1].max() + 0.02 * size)
+    axes.set_aspect("equal")
+    opening = result.history["opening"][-1]
+    axes.set(
+        xlabel="x (mm)", ylabel="y (mm)", title=f"opening {opening:.3g} mm, displacements magnified {factor:g} times"
+    )
+    figure.colorbar(body, ax=axes, label="major principal stress (MPa)", shrink=0.9, extend="both")
+    save(figure, path)
+
+
+def _magnification(factor: float) -> float:
+    """Rounded down to 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= factor * (1 + 1e-9)))
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """A figure of a size in inches, drawn without a window."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG."""
+    figure.savefig(path, dpi=130, format="png")

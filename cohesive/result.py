@@ -1,0 +1,403 @@
+"""What a run leaves behind: history, fields, summary and files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import platform
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, TextIO
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from .scene import Scene, SceneError, dump_toml
+from .solver import Problem, State
+
+if TYPE_CHECKING:
+    from .simulation import Model
+
+Array = NDArray[np.float64]
+
+COLUMNS = (
+    "step", "load", "opening", "sliding", "driven", "stress_n", "stress_s", "work", "elastic", "stored", "dissipated",
+    "contact_work", "iterations", "cuts", "residual", "wall_time",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A measured curve or band: opening (n,), load_min (n,), load_max (n,)."""
+
+    label: str
+    opening: Array
+    load_min: Array
+    load_max: Array
+
+    def check(self, opening: Array, load: Array) -> list[tuple[float, float, float, bool]]:
+        """(opening, load, distance as a part of the nearer bound, inside) at each measured point that the run reached."""
+        rows = []
+        for x, low, high in zip(self.opening, self.load_min, self.load_max, strict=True):
+            if x > opening.max() * (1.0 + 1e-9):
+                continue
+            y = float(np.interp(x, np.r_[0.0, opening], np.r_[0.0, load]))
+            away = (y - low) / low if y < low else (y - high) / high if y > high else 0.0
+            rows.append((float(x), y, float(away), low <= y <= high))
+        return rows
+
+
+def load_reference(scene: Scene) -> Reference | None:
+    """The measured curve that the scene names.
+
+    Raises
+    ------
+    SceneError
+        If the file is not a CSV with the expected columns of finite numbers.
+    """
+    if scene.reference is None:
+        return None
+    path = scene.file(scene.reference.file)
+    key = f"reference.file = {scene.reference.file!r}"
+    try:
+        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip() and line[0] != "#"]
+        rows = list(csv.reader(lines))
+        # units may follow a name, and the opening may be called CMOD
+        names = [name.strip().lower().removesuffix("_mm").removesuffix("_n").replace("cmod", "opening") for name in rows[0]]
+        columns = dict(zip(names, np.array(rows[1:], dtype=float).T, strict=True))
+        low, high = (columns.get(name, columns.get("load")) for name in ("load_min", "load_max"))
+        if "opening" not in columns or low is None or high is None:
+            raise SceneError(f"{key}: its columns are {', '.join(names)}; expected opening and load, or load_min and load_max")
+        if not all(np.isfinite(column).all() for column in columns.values()):
+            raise SceneError(f"{key}: expected finite numbers")
+    except (OSError, ValueError, IndexError) as error:
+        if isinstance(error, SceneError):
+            raise
+        raise SceneError(f"{key}: cannot be read as a CSV of numbers: {error}") from None
+    return Reference(scene.reference.label, columns["opening"], low, high)
+
+
+class HistoryWriter:
+    """history.csv that grows row by row; without a folder it writes nothing."""
+
+    def __init__(self, folder: str | Path | None) -> None:
+        self._folder = None if folder is None else Path(folder)
+        self._file: TextIO | None = None
+
+    def __enter__(self) -> HistoryWriter:
+        if self._folder is not None:
+            make_folder(self._folder)
+            self._file = open(self._folder / "history.csv", "w", newline="", encoding="utf-8")  # noqa: SIM115
+            self._file.write(",".join(COLUMNS) + "\n")
+        return self
+
+    def write(self, row: dict[str, float]) -> None:
+        if self._file is not None:
+            self._file.write(",".join(_format(row[name]) for name in COLUMNS) + "\n")
+            self._file.flush()
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._file is not None:
+            self._file.close()
+
+
+def _format(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.12g}"
+
+
+def make_folder(folder: Path) -> None:
+    """Create the output folder, or a SceneError that names it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise SceneError(f"output folder '{folder}': cannot be written: {error.strerror}") from None
+
+
+def write_file(path: Path, write: Callable[[Path], None]) -> None:
+    """Let `write` fill a temporary file beside `path`, then rename it: nothing is ever half-written."""
+    temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Fields of one step: displacement (m, 2), stress (cells, 3) of each bulk block, crack point values."""
+
+    step: int
+    displacement: Array
+    stress: list[Array]
+    jump: Array
+    traction: Array
+    damage: Array
+
+
+class Result:
+    """The outcome of a run.
+
+    Attributes
+    ----------
+    scene : Scene
+    model : Model, with mesh and integration points
+    history : dict of 1-D arrays, one row for each converged step
+    ending : why the run ended before its stages did, else ""
+    reference : Reference or None
+    timings : seconds: mesh, assemble, condense, newton and, after `save`, output
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        model: Model,
+        rows: list[dict[str, float]],
+        states: list[State],
+        ending: str,
+        reference: Reference | None,
+    ) -> None:
+        self.scene, self.model, self.ending, self.reference = scene, model, ending, reference
+        self.history: dict[str, Array] = {name: np.array([row[name] for row in rows]) for name in COLUMNS}
+        self.timings = model.timings
+        self._states = states
+
+    @property
+    def peak_load(self) -> float:
+        """Largest load, N."""
+        return float(self.history["load"].max(initial=0.0))
+
+    @property
+    def opening_at_peak(self) -> float:
+        """Opening at the largest load, mm."""
+        return float(self.history["opening"][self._peak]) if len(self._states) else 0.0
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Damage dissipation at the end, N mm."""
+        return float(self.history["dissipated"][-1]) if len(self._states) else 0.0
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations in all converged steps."""
+        return int(self.history["iterations"].sum())
+
+    @property
+    def active_dofs(self) -> int:
+        """Unknowns that Newton's method works on."""
+        return self.model.active_dofs
+
+    @property
+    def total_dofs(self) -> int:
+        """Unknowns of the whole body."""
+        return self.model.total_dofs
+
+    @property
+    def _peak(self) -> int:
+        return int(self.history["load"].argmax())
+
+    @property
+    def problem(self) -> Problem:
+        """The equations that were solved."""
+        return self.model.problem
+
+    @property
+    def full_energy(self) -> float:
+        """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation."""
+        material, law = self.scene.material, self.problem.law
+        return (material.Gf + material.ft**2 * law.width / (2 * material.E)) * self.model.interface.area
+
+    @property
+    def energy_error(self) -> float:
+        """External work less the energies, each integrated on its own, over the largest work."""
+        h = self.history
+        if not len(self._states):
+            return 0.0
+        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
+        return float(abs(error[-1]) / max(abs(h["work"]).max(), 1e-300))
+
+    def added_compliance(self) -> float:
+        """What the interface's width adds to the elastic compliance of opening under load, as a part of it.
+
+        With the mean jump as gauge, which has no elastic part, the driven motion stands for the opening.
+        """
+        problem = self.problem
+        n = problem.points.size
+        load = np.zeros(n)
+        load[problem.drive] = 1.0
+        measured = self._gauge_is_elastic
+        row = problem.measures["opening"] if measured else load
+        k = np.broadcast_to(np.diag(problem.law.stiffness(2)), (len(problem.points.weights), 2, 2))
+        compliances = []
+        for factor in (1.0, 1e6):  # 1e6 times stiffer: a crack plane without width
+            entries = problem.points.stiffness(factor * k)
+            change = problem.stiffness.solve(entries, load, np.zeros(n), 1.0, np.zeros(n), 1.0)
+            compliances.append(float(row @ change[:-1]))
+        return compliances[0] / compliances[1] - 1.0
+
+    @property
+    def _gauge_is_elastic(self) -> bool:
+        return getattr(self.scene.specimen, "gauge", 0.0) > 0 or getattr(self.scene.specimen, "gauge_plus", None) is not None
+
+    def frame(self, row: int) -> Frame:
+        """Fields of a row of the history (0 is the first), recovered from the unknowns."""
+        state = self._states[row]
+        displacement = self.model.recover(state.v)
+        return Frame(
+            int(self.history["step"][row]),
+            displacement,
+            [block.stress(displacement) for block in self.model.blocks],
+            state.jump,
+            state.traction,
+            self.problem.law.damage(state.Z),
+        )
+
+    def frame_rows(self) -> list[int]:
+        """Rows that are written as frames: evenly spread, the peak and the last one."""
+        n, wanted = len(self._states), self.scene.output.frames
+        if not n or not wanted:
+            return []
+        return sorted({*np.linspace(0, n - 1, wanted + 1).round().astype(int)[1:].tolist(), self._peak})
+
+    def frame_mesh(self, frame: Frame) -> meshio.Mesh:
+        """Bulk and crack cells with the fields of a frame; warp by `displacement` to see the crack open."""
+        mesh, interface = self.model.mesh, self.model.interface
+        n_crack = len(mesh.cells[-1].data)
+        points = np.column_stack([mesh.points, np.zeros(len(mesh.points))])
+        displacement = np.column_stack([frame.displacement, np.zeros(len(points))])
+        count = np.bincount(interface.cell, minlength=n_crack)
+        crack_values = {
+            "opening": frame.jump[:, 0], "sliding": frame.jump[:, 1], "damage": frame.damage,
+            "traction_n": frame.traction[:, 0], "traction_s": frame.traction[:, 1],
+        }  # fmt: skip
+        # cells that a field does not belong to carry 0: NaN would break readers of the ASCII format
+        data: dict[str, list[Array]] = {
+            name: [*(np.zeros(len(s)) for s in frame.stress), np.bincount(interface.cell, values, n_crack) / count]
+            for name, values in crack_values.items()
+        }
+        for i, name in enumerate(("stress_xx", "stress_yy", "stress_xy")):
+            data[name] = [*(s[:, i] for s in frame.stress), np.zeros(n_crack)]
+        data["stress_max"] = [*(major_stress(s) for s in frame.stress), np.zeros(n_crack)]
+        data["is_crack"] = [*(np.zeros(len(s)) for s in frame.stress), np.ones(n_crack)]
+        return meshio.Mesh(
+            points, [(b.type, b.data) for b in mesh.cells], {"displacement": displacement}, data
+        )
+
+    def summary(self) -> str:
+        """The printed summary."""
+        from .simulation import describe
+
+        h, problem = self.history, self.problem
+        lines = [self.scene.title, *describe(self.scene, self.model)]
+        if self.ending:
+            lines.append(f"ended early: {self.ending}")
+        if not len(self._states):
+            return "\n".join([*lines, "no step converged"])
+        left = 1.0 - h["dissipated"][-1] / self.full_energy
+        energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}
+        timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.timings.items())
+        lines += [
+            f"peak load: {self.peak_load:.5g} N at opening {self.opening_at_peak:.4g} mm "
+            f"(mean stress there {h['stress_n'][self._peak]:.3g} MPa normal, {h['stress_s'][self._peak]:.3g} MPa shear)",
+            f"dissipated: {h['dissipated'][-1]:.5g} N mm of {self.full_energy:.5g} N mm = (Gf + ft^2 w / 2E) x crack area; "
+            f"{100 * left:.1f} % is left, the last load is {100 * h['load'][-1] / max(self.peak_load, 1e-300):.1f} % of the peak",
+            f"energy balance: work {h['work'][-1]:.5g} = "
+            + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
+            + f" N mm, error {self.energy_error:.1e} of the work",
+            f"elastic compliance of {'the opening' if self._gauge_is_elastic else 'the driven motion'}: "
+            f"+{100 * self.added_compliance():.2f} % from the interface width of {problem.law.width:.3g} mm",
+            f"steps: {len(self._states)}, iterations: {self.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
+        ]
+        if self.reference is not None:
+            checks = self.reference.check(h["opening"], h["load"])
+            lines.append(f"{self.reference.label}: {sum(c[3] for c in checks)} of {len(checks)} points inside the band")
+            lines += [
+                f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
+                for x, y, away, inside in checks
+                if not inside
+            ]
+        return "\n".join(lines)
+
+    def save(self, folder: str | Path) -> None:
+        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json.
+
+        Each file is written under a temporary name and then renamed.
+
+        Raises
+        ------
+        SceneError
+            If the folder cannot be written.
+        """
+        from . import plots
+
+        clock = time.perf_counter()
+        folder = Path(folder)
+        make_folder(folder)
+        write_file(folder / "history.csv", self._write_history)
+        write_file(folder / "scene.toml", lambda path: _write_text(path, dump_toml(self.scene.data)))
+        if len(self._states):
+            write_file(folder / "curve.png", lambda path: plots.save_curve(self, path))
+            write_file(folder / "deformed.png", lambda path: plots.save_deformed(self, path))
+        collection = []
+        for row in self.frame_rows():
+            frame = self.frame(row)
+            name = f"frame_{frame.step:04d}.vtu"
+            mesh = self.frame_mesh(frame)
+            write_file(folder / name, lambda path, mesh=mesh: meshio.write(path, mesh))  # type: ignore[misc]
+            collection.append(f'    <DataSet timestep="{frame.step}" part="0" file="{name}"/>')
+        if collection:
+            pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+            pvd += "\n".join(collection) + "\n  </Collection>\n</VTKFile>\n"
+            write_file(folder / "frames.pvd", lambda path: _write_text(path, pvd))
+        self.timings["output"] = time.perf_counter() - clock
+        write_file(folder / "run.json", lambda path: _write_text(path, json.dumps(self._facts(), indent=2) + "\n"))
+
+    def _write_history(self, path: Path) -> None:
+        rows = zip(*(self.history[name].tolist() for name in COLUMNS), strict=True)
+        _write_text(path, "".join(",".join(row) + "\n" for row in (COLUMNS, *(map(_format, row) for row in rows))))
+
+    def _facts(self) -> dict[str, Any]:
+        packages = ("cohesive-cracks", "numpy", "scipy", "gmsh", "meshio", "matplotlib")
+        return {
+            "scene": self.scene.data,
+            "ending": self.ending,
+            "peak_load": self.peak_load,
+            "opening_at_peak": self.opening_at_peak,
+            "dissipated_energy": self.dissipated_energy,
+            "full_energy": self.full_energy,
+            "energy_error": self.energy_error,
+            "width": self.problem.law.width,
+            "reduction": self.model.reduction,
+            "total_dofs": self.total_dofs,
+            "active_dofs": self.active_dofs,
+            "steps": len(self._states),
+            "iterations": self.iterations,
+            "timings": self.timings,
+            "versions": {"python": platform.python_version()} | {name: _version(name) for name in packages},
+        }
+
+
+def major_stress(stress: Array) -> Array:
+    """Larger principal stress in the plane, (n,), from [xx, yy, xy]."""
+    xx, yy, xy = stress.T
+    return np.asarray(0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy))
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

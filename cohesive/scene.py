@@ -1,0 +1,413 @@
+"""Scenes: the declarative input, as TOML or Python. Every error names its key."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import json
+import math
+import tomllib
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack
+from meshing.specimens import polylines
+
+from .concrete import PRESETS, Concrete
+from .loading import Stage
+
+
+class SceneError(ValueError):
+    """A scene that cannot be used; the message names the key, its value and what was expected."""
+
+
+@dataclass(frozen=True)
+class UserMesh:
+    """A plane mesh file of the user's, with its crack, supports and drive.
+
+    A place is the name of a set of the file, or a point [x, y] that is a node.
+
+    Parameters
+    ----------
+    file : in any format that meshio reads, lengths in mm; relative to the scene file.
+    thickness : mm.
+    crack : name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges.
+    supports : list of {at = place, direction = [x, y]}: no motion of these nodes along the direction.
+    drive : {at = place, direction = [x, y]}: these nodes move together along the direction.
+    gauge_minus, gauge_plus : places between which the opening is measured; without them the mean jump over the crack.
+    """
+
+    file: str
+    thickness: float
+    crack: Any
+    supports: Any
+    drive: Any
+    gauge_minus: Any = None
+    gauge_plus: Any = None
+
+    def __post_init__(self) -> None:
+        if not self.thickness > 0:
+            raise ValueError(f"thickness = {self.thickness!r}: expected a number above 0")
+        if not isinstance(self.crack, str):
+            object.__setattr__(self, "crack", polylines(self.crack))
+        if not isinstance(self.supports, list) or not self.supports:
+            raise ValueError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}")
+        object.__setattr__(self, "supports", [_motion("supports", entry) for entry in self.supports])
+        object.__setattr__(self, "drive", _motion("drive", self.drive))
+        if (self.gauge_minus is None) != (self.gauge_plus is None):
+            raise ValueError("gauge_minus, gauge_plus: expected both or none")
+        for name in ("gauge_minus", "gauge_plus"):
+            if getattr(self, name) is not None:
+                _place(name, getattr(self, name))
+
+
+def _place(name: str, value: Any) -> str | tuple[float, float]:
+    if isinstance(value, str):
+        return value
+    return _pair(name, value, "the name of a set or a point [x, y]")
+
+
+def _pair(name: str, value: Any, expected: str) -> tuple[float, float]:
+    try:
+        x, y = (float(c) for c in value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r}: expected {expected}") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(f"{name} = {value!r}: expected {expected}")
+    return x, y
+
+
+def _motion(name: str, entry: Any) -> tuple[str | tuple[float, float], tuple[float, float]]:
+    """{at, direction} as a place and a unit vector."""
+    if not isinstance(entry, dict) or set(entry) != {"at", "direction"}:
+        raise ValueError(f"{name} = {entry!r}: expected {{at = ..., direction = [x, y]}}")
+    x, y = _pair(f"{name}.direction", entry["direction"], "two numbers [x, y]")
+    length = math.hypot(x, y)
+    if not length > 0:
+        raise ValueError(f"{name}.direction = {entry['direction']!r}: expected a vector that is not zero")
+    return _place(f"{name}.at", entry["at"]), (x / length, y / length)
+
+
+@dataclass(frozen=True)
+class InterfaceOptions:
+    """[interface]
+
+    Parameters
+    ----------
+    width : width w of the crack plane in mm, "h" for eq. (21) as printed, or left out: the rule of `default_width`.
+    quadrature : "nodal" or "gauss".
+    """
+
+    width: float | str | None = None
+    quadrature: str = "nodal"
+
+    def __post_init__(self) -> None:
+        if self.width is not None and self.width != "h" and (isinstance(self.width, str) or not self.width > 0):
+            raise ValueError(f"width = {self.width!r}: expected a number above 0 in mm, or 'h'")
+        _one_of(self, "quadrature", "nodal", "gauss")
+
+
+@dataclass(frozen=True)
+class ModelOptions:
+    """[model]
+
+    Parameters
+    ----------
+    kind : "discrete".
+    plane : "stress" or "strain".
+    """
+
+    kind: str = "discrete"
+    plane: str = "stress"
+
+    def __post_init__(self) -> None:
+        if self.kind == "smeared":
+            raise ValueError("kind = 'smeared': this version has the discrete model only; expected 'discrete'")
+        _one_of(self, "kind", "discrete")
+        _one_of(self, "plane", "stress", "strain")
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """[solver]
+
+    Parameters
+    ----------
+    tol : relative tolerance on residual and correction.
+    reduction : "condensed" eliminates the elastic bulk once, "none" factors everything in every iteration, "auto"
+        takes the one with the lower estimated cost.
+    """
+
+    tol: float = 1e-4
+    reduction: str = "auto"
+
+    def __post_init__(self) -> None:
+        if not 1e-13 <= self.tol <= 1e-1:
+            raise ValueError(f"tol = {self.tol!r}: expected a number between 1e-13 and 0.1")
+        _one_of(self, "reduction", "auto", "condensed", "none")
+
+
+@dataclass(frozen=True)
+class ReferenceOptions:
+    """[reference]
+
+    Parameters
+    ----------
+    file : CSV with columns opening and load, or opening, load_min and load_max (mm, N), `#` starts a comment;
+        relative to the scene file.
+    label : its name in the legend.
+    """
+
+    file: str
+    label: str = "measured"
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """[output]
+
+    Parameters
+    ----------
+    frames : number of states that are written as VTU, besides the one at the peak.
+    """
+
+    frames: int = 5
+
+    def __post_init__(self) -> None:
+        if self.frames < 0:
+            raise ValueError(f"frames = {self.frames!r}: expected a whole number of at least 0")
+
+
+def _one_of(options: object, name: str, *allowed: str) -> None:
+    if getattr(options, name) not in allowed:
+        raise ValueError(f"{name} = {getattr(options, name)!r}: expected {' or '.join(map(repr, allowed))}")
+
+
+Specimen = NotchedBeam | NotchedTension | SingleCrack | UserMesh
+
+SPECIMENS: dict[str, type[Specimen]] = {
+    "notched-beam": NotchedBeam,
+    "notched-tension": NotchedTension,
+    "single-crack": SingleCrack,
+    "mesh": UserMesh,
+}
+_TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "stage", "solver", "reference", "output")
+
+
+class Scene:
+    """One simulation, described by a nested dict with the keys of the TOML file.
+
+    Parameters
+    ----------
+    data : mapping
+    folder : where the files that the scene names are looked for.
+
+    Raises
+    ------
+    SceneError
+        Naming the key that is missing, unknown, of the wrong type or out of range.
+
+    Attributes
+    ----------
+    data : dict, as given (a copy)
+    title, specimen, sizes, material, interface, model, stages, solver, reference, output : checked parts
+    """
+
+    def __init__(self, data: Mapping[str, Any], folder: str | Path = ".") -> None:
+        self.data: dict[str, Any] = copy.deepcopy(dict(data))
+        self.folder = Path(folder)
+        _known("", self.data, _TABLES)
+        self.title = self.data.get("title", "untitled")
+        if not isinstance(self.title, str):
+            raise SceneError(f"title = {self.title!r}: expected a string")
+        table = _table(self.data, "specimen", required=True)
+        kind = table.pop("kind", None)
+        if kind is None:
+            raise SceneError(f"specimen.kind is missing: expected one of {', '.join(SPECIMENS)}")
+        if kind not in SPECIMENS:
+            raise SceneError(f"specimen.kind = {kind!r}: expected one of {', '.join(SPECIMENS)}{_hint(kind, SPECIMENS)}")
+        self.kind: str = kind
+        self.specimen: Specimen = _build(SPECIMENS[kind], table, "specimen")
+        if kind == "mesh":
+            if "mesh" in self.data:
+                raise SceneError("mesh: a specimen of kind 'mesh' brings its own mesh; expected no [mesh] table")
+            self.sizes = None
+        else:
+            self.sizes = _build(MeshSizes, _table(self.data, "mesh", required=True), "mesh")
+        self.material = _material(_table(self.data, "material", required=True))
+        self.interface = _build(InterfaceOptions, _table(self.data, "interface"), "interface")
+        self.model = _build(ModelOptions, _table(self.data, "model"), "model")
+        self.solver = _build(SolverOptions, _table(self.data, "solver"), "solver")
+        self.output = _build(OutputOptions, _table(self.data, "output"), "output")
+        self.reference = (
+            _build(ReferenceOptions, _table(self.data, "reference"), "reference") if "reference" in self.data else None
+        )
+        if self.reference is not None and not self.file(self.reference.file).is_file():
+            raise SceneError(f"reference.file = {self.reference.file!r}: there is no file {self.file(self.reference.file)}")
+        stages = self.data.get("stage")
+        if not isinstance(stages, list) or not stages or not all(isinstance(entry, dict) for entry in stages):
+            raise SceneError("stage is missing or not a list of tables: expected at least one [[stage]]")
+        self.stages = [_build(Stage, dict(entry), f"stage.{i}") for i, entry in enumerate(stages)]
+
+    @classmethod
+    def load(cls, source: str | Path) -> Scene:
+        """A scene from a TOML file, or a built-in one by name (see `built_in`).
+
+        Raises
+        ------
+        SceneError
+            If there is no such file or name, or the file is not TOML.
+        """
+        path = Path(source)
+        if not path.is_file() and path.suffix != ".toml":
+            names = built_in()
+            if str(source) not in names:
+                raise SceneError(
+                    f"scene '{source}': no such file, and no built-in scene of that name; built in are "
+                    f"{', '.join(names)}{_hint(str(source), names)}"
+                )
+            path = Path(str(_SCENES / f"{source}.toml"))
+        try:
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise SceneError(f"scene '{source}': cannot be read: {error.strerror}") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise SceneError(f"scene '{source}': not valid TOML: {error}") from None
+        return cls(data, path.parent)
+
+    def with_(self, **changes: Any) -> Scene:
+        """A copy with some dotted keys changed, `scene.with_(**{"material.Gf": 0.07, "stage.0.to": 0.1})`.
+
+        Raises
+        ------
+        SceneError
+            Naming the key.
+        """
+        data = copy.deepcopy(self.data)
+        for key, value in changes.items():
+            *path, last = key.split(".")
+            place: Any = data
+            for part in path:
+                if isinstance(place, dict):
+                    place = place.setdefault(part, {})
+                else:
+                    place = _item(key, place, part)
+            if isinstance(place, dict):
+                place[last] = value
+            elif isinstance(place, list) and last.isdigit() and int(last) < len(place):
+                place[int(last)] = value
+            else:
+                raise SceneError(f"{key}: there is no such key in the scene")
+        return Scene(data, self.folder)
+
+    def file(self, name: str) -> Path:
+        """A file that the scene names."""
+        return self.folder / name
+
+
+_SCENES = resources.files("cohesive") / "scenes"
+
+
+def built_in() -> list[str]:
+    """Names of the built-in scenes."""
+    return sorted(entry.name[:-5] for entry in _SCENES.iterdir() if entry.name.endswith(".toml"))
+
+
+def dump_toml(data: Mapping[str, Any]) -> str:
+    """A scene's dict as TOML text."""
+    lines = [f"{key} = {_toml(value)}" for key, value in data.items() if not _is_tables(value)]
+    for name, value in data.items():
+        if _is_tables(value):
+            for table in value if isinstance(value, list) else [value]:
+                lines += ["", f"[[{name}]]" if isinstance(value, list) else f"[{name}]"]
+                lines += [f"{key} = {_toml(entry)}" for key, entry in table.items() if entry is not None]
+    return "\n".join(lines) + "\n"
+
+
+def _is_tables(value: Any) -> bool:
+    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value)  # TOML's strings, numbers and booleans are JSON's
+
+
+def _item(key: str, place: Any, part: str) -> Any:
+    if isinstance(place, list) and part.isdigit() and int(part) < len(place):
+        return place[int(part)]
+    raise SceneError(f"{key}: there is no such key in the scene")
+
+
+def _table(data: dict[str, Any], name: str, required: bool = False) -> dict[str, Any]:
+    table = data.get(name, {})
+    if not isinstance(table, dict):
+        raise SceneError(f"{name} = {table!r}: expected a table [{name}]")
+    if required and name not in data:
+        raise SceneError(f"[{name}] is missing")
+    return dict(table)
+
+
+def _material(table: dict[str, Any]) -> Concrete:
+    preset = table.pop("preset", None)
+    if preset is not None:
+        if preset not in PRESETS:
+            raise SceneError(f"material.preset = {preset!r}: expected one of {', '.join(PRESETS)}")
+        table = {**PRESETS[preset], **table}
+    return _build(Concrete, table, "material")
+
+
+T = typing.TypeVar("T")
+
+
+def _build(cls: type[T], table: dict[str, Any], prefix: str) -> T:
+    """An instance of a dataclass from a table, or a SceneError that names the key."""
+    known = {field.name: field for field in fields(cls)}  # type: ignore[arg-type]
+    _known(prefix + ".", table, known)
+    for name, field in known.items():
+        if field.default is MISSING and field.default_factory is MISSING and name not in table:
+            raise SceneError(f"{prefix}.{name} is missing")
+    hints = typing.get_type_hints(cls)
+    for name, value in table.items():
+        hint = hints[name]
+        allowed = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+        if not any(_is_a(value, kind) for kind in allowed):
+            expected = " or ".join(_KINDS[kind] for kind in allowed if kind in _KINDS)
+            raise SceneError(f"{prefix}.{name} = {value!r}: expected {expected}")
+    try:
+        return cls(**table)
+    except (ValueError, MeshError) as error:
+        raise SceneError(f"{prefix}.{error}") from None
+
+
+_KINDS = {float: "a finite number", int: "a whole number", str: "a string", bool: "true or false"}
+
+
+def _is_a(value: Any, kind: Any) -> bool:
+    if kind is float:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    if kind is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    if kind in (str, bool):
+        return isinstance(value, kind)
+    return kind is not type(None) or value is None  # the class checks lists and tables itself
+
+
+def _known(prefix: str, table: dict[str, Any], names: typing.Iterable[str]) -> None:
+    names = list(names)
+    for key in table:
+        if key not in names:
+            raise SceneError(f"{prefix}{key}: unknown key{_hint(key, names)}; expected one of {', '.join(names)}")
+
+
+def _hint(word: str, names: typing.Iterable[str]) -> str:
+    close = difflib.get_close_matches(str(word), list(names), 1)
+    return f" (did you mean '{close[0]}'?)" if close else ""

@@ -1,0 +1,293 @@
+"""Newton's method on the crack's unknowns: bordered control, line search; converged states only are committed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
+
+from .assembly import CrackPoints
+from .crackplane import CrackPlane
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Entries = tuple[Index, Index, Array]
+
+MAX_ITERATIONS = 25
+MAX_HALVINGS = 8
+
+
+class NotConverged(RuntimeError):
+    """A step that did not converge. `result` holds everything computed before it, once `run` has passed it on."""
+
+    result: object = None
+
+
+class Stiffness(Protocol):
+    """The linear part of the problem."""
+
+    def apply(self, v: Array) -> Array:
+        """Forces of the unknowns v."""
+
+    def scale(self) -> float:
+        """Largest sum of absolute values in a row, for a bound on rounding."""
+
+    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
+        """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last]."""
+
+
+@dataclass(frozen=True)
+class DenseStiffness:
+    """A condensed stiffness, (n, n)."""
+
+    matrix: Array
+
+    def apply(self, v: Array) -> Array:
+        return np.asarray(self.matrix @ v)
+
+    def scale(self) -> float:
+        return float(abs(self.matrix).sum(axis=1).max())
+
+    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
+        n = len(right)
+        A = np.empty((n + 1, n + 1), order="F")
+        A[:n, :n] = self.matrix
+        np.add.at(A, crack[:2], crack[2])
+        unit = abs(self.matrix[range(n), range(n)]).max()  # rows of one magnitude, for the pivoting
+        A[:n, n], A[n, :n], A[n, n] = -load, unit * row, unit * corner
+        lu, pivots, info = scipy.linalg.lapack.dgetrf(A, overwrite_a=True)
+        if info:
+            raise NotConverged("the tangent stiffness is singular")
+        return np.asarray(scipy.linalg.lapack.dgetrs(lu, pivots, np.append(right, unit * last))[0])
+
+
+@dataclass(frozen=True)
+class SparseStiffness:
+    """The stiffness of all unknowns, factored together with the crack in every iteration."""
+
+    matrix: sp.csc_array
+
+    def apply(self, v: Array) -> Array:
+        return np.asarray(self.matrix @ v)
+
+    def scale(self) -> float:
+        return float(abs(self.matrix).sum(axis=1).max())
+
+    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
+        rows, columns, values = crack
+        A = (self.matrix + sp.coo_array((values, (rows, columns)), shape=self.matrix.shape)).tocsc()
+        try:
+            factor = spla.splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError:
+            raise NotConverged("the tangent stiffness is singular") from None
+        both = factor.solve(np.stack([right, load], axis=1))
+        change = (last - row @ both[:, 0]) / (row @ both[:, 1] + corner)
+        return np.append(both[:, 0] + change * both[:, 1], change)
+
+
+@dataclass(frozen=True)
+class State:
+    """A converged state and the energies on the way to it (N mm)."""
+
+    v: Array
+    load: float
+    jump: Array
+    traction: Array
+    Z: Array
+    work: float = 0.0
+    elastic: float = 0.0
+    stored: float = 0.0
+    dissipated: float = 0.0
+    contact_work: float = 0.0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A converged step that may still be thrown away."""
+
+    state: State
+    iterations: int
+    residuals: list[float] = field(repr=False)  # relative to the force scale, one for each iterate
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A body with cracks in equilibrium: K v + crack(v) = load * drive.
+
+    Attributes
+    ----------
+    law : CrackPlane
+    points : CrackPoints
+    stiffness : Stiffness of the elastic bulk
+    drive : number of the unknown that the load acts on
+    measures : linear measures of the unknowns by name ("opening", "sliding"), (n,) each
+    tol : relative tolerance on residual and correction
+    """
+
+    law: CrackPlane
+    points: CrackPoints
+    stiffness: Stiffness
+    drive: int
+    measures: dict[str, Array]
+    tol: float
+
+    @property
+    def full_strength(self) -> float:
+        """ft times the crack area, N."""
+        return self.law.concrete.ft * float(self.points.weights.sum())
+
+    def initial(self) -> State:
+        """The unloaded, undamaged state."""
+        p = len(self.points.weights)
+        zeros = np.zeros((p, 2))
+        return State(np.zeros(self.points.size), 0.0, zeros, zeros, np.full(p, self.law.Zt))
+
+    def measure(self, control: str, state: State) -> float:
+        """Value of a controlled quantity."""
+        if control == "load":
+            return state.load
+        if control == "driven":
+            return float(state.v[self.drive])
+        if control == "dissipation":
+            return state.dissipated
+        return float(self.measures[control] @ state.v)
+
+    def advance(self, start: State, control: str, target: float, reversal: bool = False) -> Trial:
+        """Newton's method from a committed state to the next one.
+
+        Parameters
+        ----------
+        start : State, not changed.
+        control : "opening" | "sliding" | "load" | "driven" | "dissipation"
+        target : value that the controlled quantity reaches (dissipation: N mm in all).
+        reversal : start from the unloading tangent, where a point has two.
+
+        Raises
+        ------
+        NotConverged
+            With the iteration count, the residual and the worst point.
+        """
+        v, load = start.v.copy(), start.load
+        drive = np.zeros_like(v)
+        drive[self.drive] = 1.0
+        reach = max(abs(target - self.measure(control, start)), 1e-300)
+        residuals: list[float] = []
+        correction = np.inf
+        for iteration in range(MAX_ITERATIONS + 1):
+            jump = self.points.jump(v)
+            traction, tangent, Z = self.law.update(jump, start.Z, frozen=reversal and iteration == 0)
+            linear, crack = self.stiffness.apply(v), self.points.force(traction)
+            residual = linear + crack - load * drive
+            scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * self.full_strength)
+            rounding = 4 * np.finfo(float).eps * self.stiffness.scale() * float(abs(v).max())
+            gap, row, corner = self._control(control, target, start, v, load, jump, Z)
+            error = float(np.linalg.norm(residual))
+            residuals.append(error / scale)
+            if not np.isfinite(error):
+                raise NotConverged(f"the residual is not finite after {iteration} iterations")
+            if error <= max(self.tol * scale, rounding) and abs(gap) <= self.tol * reach and correction <= self.tol:
+                return Trial(self._state(start, v, load, jump, traction, Z), iteration, residuals)
+            if iteration == MAX_ITERATIONS:
+                break
+            step = self.stiffness.solve(self.points.stiffness(tangent), drive, row, corner, -residual, -gap)
+            if not np.isfinite(step).all():
+                raise NotConverged("the tangent stiffness is singular")
+            dv, dload = step[:-1], float(step[-1])
+            size = 1.0
+            if iteration:  # the first one moves to the target, whatever the residual says
+                merit = np.hypot(error / scale, gap / reach)
+                size = self._line_search(start, v, load, dv, dload, drive, linear, scale, merit, control, target, reach)
+            v = v + size * dv
+            load += size * dload
+            correction = float(abs(size * dv).max()) / max(float(abs(v).max()), self.law.Zt * 1e-3)
+        worst = int(np.argmax(abs(self.points.weights * np.linalg.norm(traction - start.traction, axis=1))))
+        raise NotConverged(
+            f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, tolerance {self.tol:.0e}; "
+            f"the point that changed most is number {worst}, jump ({jump[worst, 0]:.3g}, {jump[worst, 1]:.3g}) mm"
+        )
+
+    def _line_search(
+        self, start: State, v: Array, load: float, dv: Array, dload: float, drive: Array, linear: Array,
+        scale: float, merit: float, control: str, target: float, reach: float,
+    ) -> float:  # fmt: skip
+        """Step length in (0, 1] that lowers the residual, by quadratic interpolation; the best one tried otherwise."""
+        linear_change = self.stiffness.apply(dv)
+        best, best_merit, size = 1.0, np.inf, 1.0
+        for _ in range(MAX_HALVINGS):
+            w = v + size * dv
+            jump = self.points.jump(w)
+            traction, Z = self.law.traction(jump, start.Z)
+            force = linear + size * linear_change + self.points.force(traction) - (load + size * dload) * drive
+            gap = self._control(control, target, start, w, load + size * dload, jump, Z)[0]
+            new = float(np.hypot(np.linalg.norm(force) / scale, gap / reach))
+            if new < best_merit:
+                best, best_merit = size, new
+            if new < (1.0 - 1e-4 * size) * merit:
+                break
+            curvature = (new**2 - merit**2 * (1.0 - 2.0 * size)) / size**2
+            size *= float(np.clip(merit**2 / curvature / size, 0.1, 0.5)) if np.isfinite(curvature) else 0.1
+        return best
+
+    def _control(
+        self, control: str, target: float, start: State, v: Array, load: float, jump: Array, Z: Array
+    ) -> tuple[float, Array, float]:
+        """Gap to the target, its derivative with respect to v, and to the load."""
+        if control == "load":
+            return load - target, np.zeros_like(v), 1.0
+        if control == "driven":
+            row = np.zeros_like(v)
+            row[self.drive] = 1.0
+            return float(v[self.drive]) - target, row, 0.0
+        if control == "dissipation":
+            increment, gradient = self.law.dissipation(start.jump, start.Z, jump, Z)
+            total = start.dissipated + float(self.points.weights @ increment)
+            return total - target, self.points.force(gradient), 0.0
+        row = self.measures[control]
+        return float(row @ v) - target, row, 0.0
+
+    def _state(self, start: State, v: Array, load: float, jump: Array, traction: Array, Z: Array) -> State:
+        """The new state; every energy is integrated on its own."""
+        weights, law = self.points.weights, self.law
+        dissipated, _ = law.dissipation(start.jump, start.Z, jump, Z)
+        contact = law.contact_traction(start.jump, start.Z) + law.contact_traction(jump, Z)
+        return State(
+            v, load, jump, traction, Z,
+            work=start.work + 0.5 * (start.load + load) * float(v[self.drive] - start.v[self.drive]),
+            elastic=0.5 * float(v @ self.stiffness.apply(v)),
+            stored=float(weights @ law.stored_energy(jump, Z)),
+            dissipated=start.dissipated + float(weights @ dissipated),
+            contact_work=start.contact_work + 0.5 * float(weights @ np.einsum("ij,ij->i", contact, jump - start.jump)),
+        )  # fmt: skip
+
+    def onset_load(self, start: State) -> float:
+        """Load at which, on a linear path from `start`, the next point begins to be damaged."""
+        unit = np.zeros_like(start.v)
+        unit[self.drive] = 1.0
+        _, tangent, _ = self.law.update(start.jump, start.Z, frozen=True)
+        # one unit of load more
+        entries = self.points.stiffness(tangent)
+        change = self.stiffness.solve(entries, unit, np.zeros_like(unit), 1.0, np.zeros_like(unit), 1.0)
+        rate = self.points.jump(change[:-1])
+
+        def margin(factor: float) -> float:  # positive once a point is past its history
+            jump = start.jump + factor * rate
+            _, Z = self.law.traction(jump, np.zeros(len(jump)))
+            return float((Z / start.Z).max()) - 1.0 - 1e-6
+
+        top = self.full_strength
+        while margin(top) < 0 and top < 1e6 * self.full_strength:
+            top *= 2.0
+        low = 0.0
+        while top - low > 1e-9 * top:
+            middle = 0.5 * (low + top)
+            low, top = (middle, top) if margin(middle) < 0 else (low, middle)
+        return start.load + top
+
+    def is_separated(self, state: State) -> bool:
+        """Whether nothing is left of the crack's traction: the body is in pieces."""
+        return bool(abs(state.traction).max() < 1e-8 * self.law.concrete.ft) and bool((state.Z > self.law.Zt).all())
