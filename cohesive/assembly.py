@@ -71,7 +71,7 @@ class Unknowns:
                 raise ValueError(f"{tie.name}: expected at least one node, got none")
             d = np.asarray(tie.direction)
             new = at[~framed[at]]
-            frame[new] = [d, [-d[1], d[0]]]
+            frame[new] = np.array([[d[0], d[1]], [-d[1], d[0]]])
             framed[new] = True
             along = frame[at] @ d
             component = abs(along).argmax(axis=1)
@@ -168,12 +168,12 @@ class CrackPoints:
 
     def jump(self, v: Array) -> Array:
         """Local jumps, (p, 2)."""
-        return np.einsum("pik,pk->pi", self.matrix, v[self.index])
+        return np.asarray(np.einsum("pik,pk->pi", self.matrix, v[self.index]))
 
     def force(self, traction: Array) -> Array:
         """Nodal forces of tractions (p, 2), in the solver's unknowns."""
         local = np.einsum("pik,pi->pk", self.matrix, self.weights[:, None] * traction)
-        return np.bincount(self.index.ravel(), local.ravel(), self.size)
+        return np.bincount(self.index.ravel(), local.ravel(), self.size).astype(float)
 
     def stiffness(self, tangent: Array) -> tuple[Index, Index, Array]:
         """Rows, columns and values of the tangent stiffness (entries at one place add up)."""

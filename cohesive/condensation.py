@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
@@ -115,11 +114,11 @@ class Condensed:
         last = np.arange(len(order) - n, len(order))
         A = (A + sp.csc_array((np.full(n, shift), (last, last)), shape=A.shape)).tocsc()
         try:
-            factor = spla.splu(
-                A, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True, "Equil": False}
-            )
+            factor = spla.splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True, "Equil": False})
         except RuntimeError:
-            raise ValueError("the body is not held: its stiffness is singular. Expected supports against every motion") from None
+            raise ValueError(
+                "the body is not held: its stiffness is singular. Expected supports against every motion"
+            ) from None
         # SuperLU postorders the columns; the active ones stay last, in an order of their own
         place = factor.perm_c[last] - last[0] if n else last
         if (place < 0).any() or not np.array_equal(factor.perm_c, factor.perm_r):

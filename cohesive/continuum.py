@@ -138,7 +138,7 @@ class ElasticBlock:
         """Stress [xx, yy, xy] at the element centres, (n, 3), MPa, from displacements (m, 2)."""
         B, _ = self._gradients(ELEMENTS[self.kind][2])
         u = displacement[self.cells].reshape(len(self.cells), -1)
-        return np.einsum("ij,njk,nk->ni", self.D, B[0], u)
+        return np.asarray(np.einsum("ij,njk,nk->ni", self.D, B[0], u))
 
     def area(self) -> float:
         """Sum of the element areas, mm^2."""

@@ -7,8 +7,6 @@ Where the print leaves a choice, the parameters of `Concrete` say which one is t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +16,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
 class CrackPlane:
     """Traction of a rough crack plane as a function of the jump between its faces.
 
@@ -31,19 +28,22 @@ class CrackPlane:
     ------
     ValueError
         For a width that is not a finite number above 0.
+
+    Attributes
+    ----------
+    Zt : opening at which damage starts in mode I, mm
     """
 
-    concrete: Concrete
-    width: float = None  # type: ignore[assignment]
-    Zt: float = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        width = self.concrete.h if self.width is None else self.width
+    def __init__(self, concrete: Concrete, width: float | None = None) -> None:
+        width = concrete.h if width is None else width
         if isinstance(width, bool) or not isinstance(width, (int, float)) or not 0 < width < np.inf:
-            raise ValueError(f"width = {self.width!r}: expected a finite number above 0, in mm")
-        object.__setattr__(self, "width", float(width))
-        # opening at which damage starts in mode I
-        object.__setattr__(self, "Zt", self.width * self.concrete.ft / self.concrete.E)
+            raise ValueError(f"width = {width!r}: expected a finite number above 0, in mm")
+        self.concrete = concrete
+        self.width = float(width)
+        self.Zt = self.width * concrete.ft / concrete.E
+
+    def __repr__(self) -> str:
+        return f"CrackPlane({self.concrete!r}, width={self.width!r})"
 
     def stiffness(self, components: int) -> Array:
         """Diagonal of k, eq. (1), MPa/mm: shape (components,)."""

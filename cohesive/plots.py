@@ -37,9 +37,7 @@ def save_curve(result: Result, path: Path) -> None:
             for bound in (reference.load_min, reference.load_max):
                 axes.plot(reference.opening, bound, ".", color="0.6", markersize=4)
     axes.plot(opening, load, color="C0", label="discrete crack")
-    axes.plot(
-        result.opening_at_peak, result.peak_load, "o", color="C3", markersize=4, label=f"peak {result.peak_load:.4g} N"
-    )
+    axes.plot(result.opening_at_peak, result.peak_load, "o", color="C3", markersize=4, label=f"peak {result.peak_load:.4g} N")
     axes.axhline(0.0, color="0.5", linewidth=0.6)
     axes.set(xlabel="opening (mm)", ylabel="load (N)", title=result.scene.title)
     axes.legend(frameon=False)
@@ -75,9 +73,7 @@ def save_deformed(result: Result, path: Path) -> None:
     axes.set_ylim(warped[:, 1].min() - 0.02 * size, warped[:, 1].max() + 0.02 * size)
     axes.set_aspect("equal")
     opening = result.history["opening"][-1]
-    axes.set(
-        xlabel="x (mm)", ylabel="y (mm)", title=f"opening {opening:.3g} mm, displacements magnified {factor:g} times"
-    )
+    axes.set(xlabel="x (mm)", ylabel="y (mm)", title=f"opening {opening:.3g} mm, displacements magnified {factor:g} times")
     figure.colorbar(body, ax=axes, label="major principal stress (MPa)", shrink=0.9, extend="both")
     save(figure, path)
 

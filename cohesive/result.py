@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import json
 import os
 import platform
+import shutil
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from types import TracebackType
@@ -94,7 +97,7 @@ class HistoryWriter:
     def __enter__(self) -> HistoryWriter:
         if self._folder is not None:
             make_folder(self._folder)
-            self._file = open(self._folder / "history.csv", "w", newline="", encoding="utf-8")  # noqa: SIM115
+            self._file = open(self._folder / "history.csv", "w", newline="", encoding="utf-8")
             self._file.write(",".join(COLUMNS) + "\n")
         return self
 
@@ -288,9 +291,7 @@ class Result:
             data[name] = [*(s[:, i] for s in frame.stress), np.zeros(n_crack)]
         data["stress_max"] = [*(major_stress(s) for s in frame.stress), np.zeros(n_crack)]
         data["is_crack"] = [*(np.zeros(len(s)) for s in frame.stress), np.ones(n_crack)]
-        return meshio.Mesh(
-            points, [(b.type, b.data) for b in mesh.cells], {"displacement": displacement}, data
-        )
+        return meshio.Mesh(points, [(b.type, b.data) for b in mesh.cells], {"displacement": displacement}, data)
 
     def summary(self) -> str:
         """The printed summary."""
@@ -303,13 +304,13 @@ class Result:
         if not len(self._states):
             return "\n".join([*lines, "no step converged"])
         left = 1.0 - h["dissipated"][-1] / self.full_energy
+        last = h["load"][-1] / max(self.peak_load, 1e-300)
         energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}
         timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.timings.items())
         lines += [
-            f"peak load: {self.peak_load:.5g} N at opening {self.opening_at_peak:.4g} mm "
-            f"(mean stress there {h['stress_n'][self._peak]:.3g} MPa normal, {h['stress_s'][self._peak]:.3g} MPa shear)",
+            f"peak load: {self.peak_load:.5g} N at opening {self.opening_at_peak:.4g} mm",
             f"dissipated: {h['dissipated'][-1]:.5g} N mm of {self.full_energy:.5g} N mm = (Gf + ft^2 w / 2E) x crack area; "
-            f"{100 * left:.1f} % is left, the last load is {100 * h['load'][-1] / max(self.peak_load, 1e-300):.1f} % of the peak",
+            f"{100 * left:.1f} % is left; the last load is {100 * last:.1f} % of the peak",
             f"energy balance: work {h['work'][-1]:.5g} = "
             + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
             + f" N mm, error {self.energy_error:.1e} of the work",
@@ -343,7 +344,7 @@ class Result:
         folder = Path(folder)
         make_folder(folder)
         write_file(folder / "history.csv", self._write_history)
-        write_file(folder / "scene.toml", lambda path: _write_text(path, dump_toml(self.scene.data)))
+        self._write_scene(folder)
         if len(self._states):
             write_file(folder / "curve.png", lambda path: plots.save_curve(self, path))
             write_file(folder / "deformed.png", lambda path: plots.save_deformed(self, path))
@@ -352,7 +353,7 @@ class Result:
             frame = self.frame(row)
             name = f"frame_{frame.step:04d}.vtu"
             mesh = self.frame_mesh(frame)
-            write_file(folder / name, lambda path, mesh=mesh: meshio.write(path, mesh))  # type: ignore[misc]
+            write_file(folder / name, partial(meshio.write, mesh=mesh))
             collection.append(f'    <DataSet timestep="{frame.step}" part="0" file="{name}"/>')
         if collection:
             pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
@@ -360,6 +361,18 @@ class Result:
             write_file(folder / "frames.pvd", lambda path: _write_text(path, pvd))
         self.timings["output"] = time.perf_counter() - clock
         write_file(folder / "run.json", lambda path: _write_text(path, json.dumps(self._facts(), indent=2) + "\n"))
+
+    def _write_scene(self, folder: Path) -> None:
+        """scene.toml, with the files that it names beside it, so that it runs from there."""
+        data = copy.deepcopy(self.scene.data)
+        for table in ("reference", "specimen"):
+            name = data.get(table, {}).get("file")
+            if name is not None:
+                source = self.scene.file(name)
+                data[table]["file"] = source.name
+                if source.resolve() != (folder / source.name).resolve():
+                    write_file(folder / source.name, partial(shutil.copyfile, source))
+        write_file(folder / "scene.toml", lambda path: _write_text(path, dump_toml(data)))
 
     def _write_history(self, path: Path) -> None:
         rows = zip(*(self.history[name].tolist() for name in COLUMNS), strict=True)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import meshio
 import numpy as np
@@ -25,7 +26,7 @@ Point = tuple[float, float]
 Line = Sequence[Point]
 
 #: local edges (first corner, second corner[, mid-side]) of the bulk cells, meshio's node order
-EDGES = {
+EDGES: dict[str, list[tuple[int, ...]]] = {
     "triangle": [(0, 1), (1, 2), (2, 0)],
     "triangle6": [(0, 1, 3), (1, 2, 4), (2, 0, 5)],
     "quad": [(0, 1), (1, 2), (2, 3), (3, 0)],
@@ -71,7 +72,7 @@ def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
     total, covered = path_length(name, lines), 0.0
     found = [np.empty((0, 2), dtype=np.int64)]
     for line in lines:
-        for a, b in zip(line[:-1], line[1:], strict=True):
+        for a, b in pairwise(line):
             on = edges[nodes_on_segment(points, a, b, slack)[edges].all(axis=1)]
             along = (points[on[:, 1]] - points[on[:, 0]]) @ (np.subtract(b, a) / math.dist(a, b))
             found.append(np.where((along > 0)[:, None], on, on[:, ::-1]))
@@ -90,7 +91,7 @@ def path_length(name: str, lines: Sequence[Line]) -> float:
     for line in lines:
         if len(line) < 2:
             raise MeshError(f"{name} path {list(line)}: expected at least two points")
-        for a, b in zip(line[:-1], line[1:], strict=True):
+        for a, b in pairwise(line):
             length = math.dist(a, b)
             if not 0 < length < math.inf:
                 raise MeshError(f"{name} path: segment from {tuple(a)} to {tuple(b)} has length {length:g}; expected > 0")
@@ -122,9 +123,10 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     Returns
     -------
     meshio.Mesh
-        Bulk blocks with doubled nodes, then one block of crack cells: `quad` [a-, b-, b+, a+] or
-        `quad8` [a-, b-, b+, a+, mid-, b-, mid+, a+] (the short sides have no mid node: a corner stands in). Cell sets `body` and `crack`; point sets of `mesh` grow by the
-        copies of their nodes. `point_data["original"]` holds the node number before the cut.
+        Bulk blocks with doubled nodes, then one block of crack cells: `quad` [a-, b-, b+, a+] or `quad8`
+        [a-, b-, b+, a+, mid-, b-, mid+, a+] (the short sides have no mid node: a corner stands in). Cell sets
+        `body` and `crack`; point sets of `mesh` grow by the copies of their nodes. `point_data["original"]`
+        holds the node number before the cut.
 
     Raises
     ------
@@ -167,9 +169,7 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
         mesh.points[original],
         [*cells, (CRACK_CELLS[rows.shape[1]], crack_cells)],
         point_data={"original": original},
-        point_sets={
-            name: np.flatnonzero(np.isin(original, nodes)) for name, nodes in (mesh.point_sets or {}).items()
-        },
+        point_sets={name: np.flatnonzero(np.isin(original, nodes)) for name, nodes in (mesh.point_sets or {}).items()},
         cell_sets={"body": [*body, nothing[0]], "crack": [*nothing, np.arange(len(crack_cells))]},
     )
 
@@ -232,8 +232,5 @@ def _split(
     renumbered = node_of.copy()
     renumbered[corner] = of_group[group]
     ends = np.cumsum([block.size for _, block in cells])[:-1]
-    new = [
-        (kind, part.reshape(block.shape))
-        for (kind, block), part in zip(cells, np.split(renumbered, ends), strict=True)
-    ]
+    new = [(kind, part.reshape(block.shape)) for (kind, block), part in zip(cells, np.split(renumbered, ends), strict=True)]
     return new, np.concatenate([np.arange(n_points), pairs[fresh, 0]])

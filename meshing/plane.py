@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from types import ModuleType
 
 import meshio
@@ -127,7 +128,7 @@ def mesh_polygon(
         tools: list[tuple[int, int]] = []
         for line in (*crack, *slits):
             tags = [occ.addPoint(*p, 0) for p in line]
-            tools += [(1, occ.addLine(a, b)) for a, b in zip(tags[:-1], tags[1:], strict=True)]
+            tools += [(1, occ.addLine(a, b)) for a, b in pairwise(tags)]
         n_crack = sum(len(line) - 1 for line in crack)
         tools += [(0, occ.addPoint(*p, 0)) for group in nodes.values() for p in group]
         _, image = occ.fragment([face], tools)
@@ -140,9 +141,7 @@ def mesh_polygon(
         mesh = _collect(gmsh)
     mesh.point_sets = {name: np.array([_nearest(mesh, name, p) for p in group]) for name, group in nodes.items()}
     slack = 1e-6 * float(np.ptp(mesh.points, axis=0).max())
-    mesh.point_sets |= {
-        name: np.flatnonzero(nodes_on_segment(mesh.points, *ends, slack)) for name, ends in edges.items()
-    }
+    mesh.point_sets |= {name: np.flatnonzero(nodes_on_segment(mesh.points, *ends, slack)) for name, ends in edges.items()}
     return insert_cracks(mesh, edges_on_path(mesh, "crack", crack), edges_on_path(mesh, "notch", slits))
 
 

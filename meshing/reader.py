@@ -48,14 +48,15 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
     if not np.isfinite(points).all():
         raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite")
     if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points):
-        raise MeshError(f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh")
+        raise MeshError(
+            f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh"
+        )
     points = points[:, :2]
     lines, sets = _named_sets(mesh)
     blocks = [(b.type, counter_clockwise(points, b.data.astype(np.int64))) for b in mesh.cells if b.type in EDGES]
     if not blocks:
         raise MeshError(
-            f"file = '{path}': its cells are {', '.join({b.type for b in mesh.cells}) or 'none'}; "
-            f"expected {', '.join(EDGES)}"
+            f"file = '{path}': its cells are {', '.join({b.type for b in mesh.cells}) or 'none'}; expected {', '.join(EDGES)}"
         )
     used = np.unique(np.concatenate([cells.ravel() for _, cells in blocks]))
     index = np.full(len(points), -1)
@@ -133,5 +134,3 @@ def _chained(edges: Index) -> Index:
                         turned[i] = turned[i, ::-1]
                     pending.append(int(turned[i, 1]))
     return turned
-
-

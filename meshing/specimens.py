@@ -132,16 +132,16 @@ class NotchedTension:
         outline += [(a, b), (-a, b)]
         if self.notch and w:
             outline += [(-a, w), (-tip, w), (-tip, -w), (-a, -w)]
-        slits: list[Line] = []
-        if self.notch and not w:
-            slits = [[(-a, 0.0), (-tip, 0.0)]] + ([[(tip, 0.0), (a, 0.0)]] if both else [])
+        slits: list[Line] = [[(-a, 0.0), (-tip, 0.0)], [(tip, 0.0), (a, 0.0)]]
+        if w or not self.notch:
+            slits = []
+        elif not both:
+            slits = slits[:1]
         g = self.gauge / 2
         nodes: dict[str, Sequence[Point]] = {}
         if g:
             nodes = {"gauge_minus": [(-a, -g), (a, -g)], "gauge_plus": [(-a, g), (a, g)]}
-        return mesh_polygon(
-            outline, self.paths, sizes, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))}
-        )
+        return mesh_polygon(outline, self.paths, sizes, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))})
 
 
 @dataclass(frozen=True)
@@ -204,7 +204,7 @@ class SingleCrack:
         """The crack path, in space."""
         ends = self._through()
         scale = 1.0 if self.crack_length is None else self.crack_length / math.dist(*ends)
-        lines = self.crack or [[(scale * x, scale * y) for x, y in ends]]
+        lines: list[Line] = self.crack or [[(scale * x, scale * y) for x, y in ends]]
         return [[self.turned(*p) for p in line] for line in lines]
 
     @property

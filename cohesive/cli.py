@@ -1,0 +1,167 @@
+"""The command line: `cohesive run`, `cohesive law`, `cohesive scenes`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tomllib
+from collections.abc import Callable, Sequence
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from meshing import MeshError
+
+from . import responses
+from .concrete import PRESETS, Concrete
+from .crackplane import CrackPlane
+from .loading import Step
+from .result import Result, make_folder, write_file
+from .scene import Scene, SceneError, built_in
+from .simulation import run
+from .solver import NotConverged
+
+#: a run that stopped before its end, bad input, interrupted by the user
+_STOPPED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.command(options))
+    except (SceneError, MeshError) as error:
+        print(f"cohesive: {error}", file=sys.stderr)
+        return _BAD_INPUT
+    except KeyboardInterrupt:
+        print("cohesive: interrupted before the first step", file=sys.stderr)
+        return _INTERRUPTED
+    except BrokenPipeError:  # the reader of the output has left, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete.")
+    parser.add_argument("--version", action="version", version=_version())
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    p = commands.add_parser("run", help="run a scene", description="Run a scene and write curve, pictures and fields.")
+    p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
+    p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the scene's name)")
+    p.add_argument("--model", help="overrides model.kind")
+    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in material.Gf=0.1")
+    p.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
+    p.set_defaults(command=_run)
+
+    p = commands.add_parser("law", help="draw and tabulate the law at a point")
+    p.add_argument("--preset", default="crack-plane", help=f"material: {', '.join(PRESETS)} (default: crack-plane)")
+    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a parameter, as in Gf=0.1")
+    p.add_argument("--width", default="h", help="width of the crack plane in mm, or h (default: h)")
+    p.add_argument("-o", "--output", metavar="DIR", default="law", help="folder for the files (default: law)")
+    p.set_defaults(command=_law)
+
+    p = commands.add_parser("scenes", help="list the built-in scenes, or print one", description="Built-in scenes.")
+    p.add_argument("name", nargs="?", help="print this scene's TOML, a start for your own")
+    p.set_defaults(command=_scenes)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    scene = Scene.load(options.scene).with_(**_assignments(options.set))
+    if options.model:
+        scene = scene.with_(**{"model.kind": options.model})
+    folder = Path(options.output or Path(options.scene).stem)
+    status = 0
+    with tqdm(total=_expected_steps(scene), unit="step", disable=not sys.stderr.isatty(), leave=False) as bar:
+        try:
+            result = run(scene, output=folder, on_step=_reporter(bar, options.verbose))
+        except (NotConverged, KeyboardInterrupt) as error:
+            partial_result = getattr(error, "result", None)
+            if not isinstance(partial_result, Result):
+                raise
+            result = partial_result
+            status = _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
+    result.save(folder)
+    print(result.summary())
+    print(f"files: {folder}/  (curve.png, deformed.png, history.csv, frames.pvd, run.json, scene.toml)")
+    if status:
+        print(f"cohesive: {result.ending}; everything up to there is in {folder}/", file=sys.stderr)
+    return status
+
+
+def _reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]], None]:
+    def on_step(step: Step, row: dict[str, float]) -> None:
+        bar.update()
+        bar.set_postfix_str(f"{step.control} {step.value:.4g}, load {row['load']:.4g} N, {row['iterations']} iterations")
+        if verbose:
+            residuals = " ".join(f"{r:.0e}" for r in step.trial.residuals)
+            bar.write(
+                f"step {row['step']:4d}  {step.control} {step.value:.5g}  cuts {step.cuts}  residuals {residuals}", sys.stdout
+            )
+
+    return on_step
+
+
+def _expected_steps(scene: Scene) -> int:
+    return sum(stage.steps * len(stage.targets) for stage in scene.stages)
+
+
+def _law(options: argparse.Namespace) -> int:
+    changes = _assignments(options.set)
+    unknown = [key for key in changes if key not in Concrete.__dataclass_fields__]
+    if unknown:
+        raise SceneError(f"{unknown[0]}: unknown parameter; expected one of {', '.join(Concrete.__dataclass_fields__)}")
+    try:
+        concrete = Concrete.preset(options.preset, **changes)
+        width = None if options.width == "h" else float(options.width)
+        law = CrackPlane(concrete, width)
+    except ValueError as error:
+        message = f"width = {options.width!r}: expected a number in mm, or h" if "float" in str(error) else str(error)
+        raise SceneError(message) from None
+    folder = Path(options.output)
+    make_folder(folder)
+    print(f"Zm = {concrete.Zm:.4g} mm, Zt = {law.Zt:.4g} mm, E Gf / ft^2 = {concrete.characteristic_length:.4g} mm")
+    tables = responses.tables(law)
+    for name, (header, table) in tables.items():
+        write_file(folder / f"{name}.csv", partial(np.savetxt, X=table, fmt="%.9g", delimiter=",", header=header, comments=""))
+    write_file(folder / "law.png", partial(responses.save_figure, law))
+    for name, (header, table) in tables.items():
+        print(f"\n{name}\n  " + "  ".join(f"{column:>15}" for column in header.split(",")))
+        for row in table[np.linspace(0, len(table) - 1, 9).round().astype(int)]:
+            print("  " + "  ".join(f"{value:15.6g}" for value in row))
+    print(f"\nfiles: {folder}/  (law.png and one CSV for each curve)")
+    return 0
+
+
+def _scenes(options: argparse.Namespace) -> int:
+    if options.name:
+        scene = Scene.load(options.name)
+        print((scene.folder / f"{options.name}.toml").read_text(encoding="utf-8"), end="")
+        return 0
+    for name in built_in():
+        print(f"{name:18s} {Scene.load(name).title}")
+    return 0
+
+
+def _assignments(pairs: Sequence[str]) -> dict[str, Any]:
+    """KEY=VALUE with a TOML value; what is not TOML is a string."""
+    result = {}
+    for pair in pairs:
+        key, separator, text = pair.partition("=")
+        if not separator or not key.strip():
+            raise SceneError(f"--set {pair}: expected KEY=VALUE, as in material.Gf=0.1")
+        try:
+            result[key.strip()] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            result[key.strip()] = text.strip()
+    return result
+
+
+def _version() -> str:
+    return f"cohesive-cracks {metadata.version('cohesive-cracks')}"
