@@ -29,6 +29,7 @@ class Tie:
     name: str
     nodes: Index
     direction: tuple[float, float]
+    factor: float = 1.0  # of the drive's motion
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,15 @@ class Unknowns:
     node: Index
 
     @classmethod
-    def build(cls, original: Index, supports: Sequence[Tie], drive: Tie) -> Unknowns:
+    def build(cls, original: Index, supports: Sequence[Tie], drive: Tie, mirror: Tie | None = None) -> Unknowns:
         """Number the unknowns of a split mesh.
 
         Parameters
         ----------
         original : (m,) array, the node each node copies; a node that is no copy names itself.
         supports, drive : Tie
+        mirror : normal of a plane of symmetry, at nodes whose copy stands for the mirror image. They open along
+            the normal and move along the plane, nothing else.
 
         Raises
         ------
@@ -65,6 +68,10 @@ class Unknowns:
         framed = np.zeros(n0, dtype=bool)
         mean, held = np.full((n0, 2), _FREE), np.zeros((n0, 2), dtype=bool)
         sign = np.ones((n0, 2))
+        if mirror is not None:
+            at, (x, y) = np.unique(original[mirror.nodes]), mirror.direction
+            frame[at], framed[at] = np.array([[x, y], [-y, x]]), True
+            mean[at, 0], held[at, 1] = _FIXED, True
         for tie, state in [*((support, _FIXED) for support in supports), (drive, _DRIVEN)]:
             at = np.unique(original[tie.nodes])
             if not len(at):
@@ -80,7 +87,7 @@ class Unknowns:
             if (mean[at, component] == _DRIVEN).any() or (state == _DRIVEN and (mean[at, component] != _FREE).any()):
                 raise ValueError(f"{tie.name}: a node is both held and driven in the direction {tie.direction}")
             mean[at, component] = state
-            sign[at, component] = along[np.arange(len(at)), component]
+            sign[at, component] = tie.factor * along[np.arange(len(at)), component]
             held[at, component] |= len(at) > 1 or state == _FIXED
 
         extra = np.arange(n0, m)

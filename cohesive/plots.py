@@ -58,7 +58,7 @@ def save_deformed(result: Result, path: Path) -> None:
     low, high = np.percentile(stress, [1, 99])
     span = warped.max(axis=0) - warped.min(axis=0)
     width = 8.0
-    figure = new_figure(width, float(np.clip(width * span[1] / span[0] * 0.95 + 0.9, 2.6, 8.5)))
+    figure = new_figure(width, float(np.clip(0.8 * width * span[1] / span[0] + 1.0, 2.6, 8.5)))
     axes = figure.add_subplot()
     body = PolyCollection(
         [polygon for block in faces for polygon in block], array=stress, cmap="viridis", edgecolors="face", linewidths=0.3

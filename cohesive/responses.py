@@ -48,7 +48,7 @@ def cyclic_tension(law: CrackPlane) -> Array:
 
 def held_shear(law: CrackPlane, opening: float) -> Array:
     """Opened, then sheared at constant opening (Figure 11): columns jump_s, traction_n, traction_s, history."""
-    s = np.linspace(0.0, 5.0 * law.concrete.Zm, 400)
+    s = np.linspace(0.0, 1.5 * law.concrete.Zm, 400)
     opened = np.stack([np.linspace(0.0, opening, 50), np.zeros(50)], axis=1)
     t, Z = follow(law, np.concatenate([opened, np.stack([np.full_like(s, opening), s], axis=1)]))
     return np.stack([s, t[50:, 0], t[50:, 1], Z[50:]], axis=1)
@@ -115,7 +115,8 @@ def _contact_surface(law: CrackPlane, axes: Axes) -> None:
     phi, _ = law.contact_distance(np.stack([u.ravel(), s.ravel()], axis=1), Z)
     phi = phi.reshape(u.shape)
     reach = float(law.contact_reach(Z[:1])[0])
-    lines = axes.contour(u, s, phi, np.arange(-1.0, 1.01, 0.2) * Zm, cmap="coolwarm_r", linewidths=0.8)
+    levels = np.array([-1.0, -0.8, -0.6, -0.4, -0.2, 0.2, 0.6]) * Zm
+    lines = axes.contour(u, s, phi, levels, cmap="coolwarm_r", linewidths=0.8)
     axes.clabel(lines, fontsize=7, fmt="%.2g")
     axes.contour(u, s, phi, [0.0], colors="k", linewidths=1.6)
     axes.contour(u, s, phi, [reach], colors="k", linewidths=1.2, linestyles="--")

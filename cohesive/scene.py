@@ -120,10 +120,12 @@ class ModelOptions:
     ----------
     kind : "discrete".
     plane : "stress" or "strain".
+    half : model one half of a body that is symmetric about its crack; loads and energies are those of the whole.
     """
 
     kind: str = "discrete"
     plane: str = "stress"
+    half: bool = False
 
     def __post_init__(self) -> None:
         if self.kind == "smeared":
@@ -247,6 +249,11 @@ class Scene:
         self.reference = (
             _build(ReferenceOptions, _table(self.data, "reference"), "reference") if "reference" in self.data else None
         )
+        if self.model.half and not getattr(self.specimen, "is_symmetric", False):
+            raise SceneError(
+                f"model.half = true: this {kind} is not symmetric about its crack; expected a notched-beam with its notch at "
+                "mid-span, or a notched-tension, with the default crack path"
+            )
         if self.reference is not None and not self.file(self.reference.file).is_file():
             raise SceneError(f"reference.file = {self.reference.file!r}: there is no file {self.file(self.reference.file)}")
         stages = self.data.get("stage")

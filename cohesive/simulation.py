@@ -6,20 +6,20 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import meshio
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from meshing import MeshError, NotchedBeam, NotchedTension, SingleCrack, read_mesh
+from meshing import MeshError, read_mesh
 
-from .assembly import CrackPoints, Tie, Unknowns, bulk_stiffness
+from .assembly import CrackPoints, Unknowns, bulk_stiffness
 from .concrete import Concrete
 from .condensation import Condensed, nested_dissection
 from .continuum import ElasticBlock, ElementError, elasticity
 from .crackplane import CrackPlane
+from .fixtures import gauge, ties
 from .interface import Interface
 from .loading import March, Step
 from .result import HistoryWriter, Result, load_reference
@@ -109,10 +109,12 @@ def build(scene: Scene) -> Model:
     blocks = [ElasticBlock(block.type, points, block.data, D, thickness) for block in bulk]
     interface = Interface.from_cells(crack.type, points, crack.data, thickness, scene.interface.quadrature)
     original: Index = mesh.point_data["original"]
-    supports, drive = _ties(scene, mesh)
+    supports, drive, mirror = ties(scene, mesh)
     try:
-        unknowns = Unknowns.build(original, supports, drive)
+        unknowns = Unknowns.build(original, supports, drive, mirror)
         K = bulk_stiffness(blocks, len(points), unknowns.transform)
+        if scene.model.half:
+            K *= 2.0  # load and energies are those of the whole
     except ElementError as error:
         raise MeshError(str(error)) from None
     except ValueError as error:
@@ -122,7 +124,7 @@ def build(scene: Scene) -> Model:
         width = default_width(interface.area / thickness, scene.material)
     law = CrackPlane(scene.material, None if isinstance(width, str) else width)  # a string is "h"
     jump_operator = _clean(interface.jump_operator @ unknowns.transform)
-    measures = {name: row @ unknowns.transform for name, row in _gauge(scene, mesh, interface).items()}
+    measures = {name: row @ unknowns.transform for name, row in gauge(scene, mesh, interface).items()}
     timings["assemble"] = time.perf_counter() - clock
 
     clock = time.perf_counter()
@@ -229,90 +231,7 @@ def _mesh(scene: Scene) -> meshio.Mesh:
     if isinstance(scene.specimen, UserMesh):
         return read_mesh(scene.file(scene.specimen.file), scene.specimen.crack)
     assert scene.sizes is not None
-    return scene.specimen.mesh(scene.sizes)
-
-
-def _ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], Tie]:
-    """Supports and drive of a specimen."""
-    specimen, sets = scene.specimen, mesh.point_sets
-    x, y = (1.0, 0.0), (0.0, 1.0)
-    if isinstance(specimen, NotchedBeam):
-        left, right = sets["support_left"], sets["support_right"]
-        supports = [Tie("support_left", left, x), Tie("support_left", left, y), Tie("support_right", right, y)]
-        return supports, Tie("load", sets["load"], (0.0, -1.0))
-    if isinstance(specimen, NotchedTension):
-        base, top = sets["base"], sets["top"]
-        return [Tie("base", base, x), Tie("base", base, y), Tie("top", top, x)], Tie("top", top, y)
-    if isinstance(specimen, SingleCrack):
-        t = np.radians(specimen.drive_angle)
-        along = specimen.turned(float(np.sin(t)), float(np.cos(t)))
-        across = (along[1], -along[0])
-        loose = specimen.faces == "free"
-        base_set, top_set = ("base_corner", "top_corner") if loose else ("base", "top")
-        supports = [
-            Tie("base", sets["base"], along),
-            Tie(base_set, sets[base_set], across),
-            Tie(top_set, sets[top_set], across),
-        ]
-        return supports, Tie("top", sets["top"], along)
-    supports = [Tie("supports", _nodes(mesh, "supports", at), direction) for at, direction in specimen.supports]
-    return supports, Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1])
-
-
-def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, float]) -> Index:
-    """Nodes of a place in a user's mesh: a set by name, or the copies of the node at a point."""
-    if isinstance(place, str):
-        if place not in mesh.point_sets:
-            names = ", ".join(sorted(mesh.point_sets)) or "none"
-            raise SceneError(f"specimen.{key} = {place!r}: the mesh has no such set; it has {names}")
-        return np.asarray(mesh.point_sets[place])
-    distance = np.hypot(*(mesh.points - np.asarray(place)).T)
-    size = float(np.ptp(mesh.points, axis=0).max())
-    if distance.min() > 1e-6 * size:
-        raise SceneError(
-            f"specimen.{key} = {list(place)}: the nearest node is {distance.min():.3g} mm away; expected a node there"
-        )
-    return np.flatnonzero(distance < 1e-6 * size)
-
-
-def _gauge(scene: Scene, mesh: meshio.Mesh, interface: Interface) -> dict[str, Array]:
-    """Opening and sliding as linear measures of the mesh nodes' displacements, (2 m,) each."""
-    specimen = scene.specimen
-    share = interface.weights / interface.area
-    if isinstance(specimen, UserMesh):
-        has_gauge = specimen.gauge_minus is not None
-    else:
-        has_gauge = specimen.gauge > 0
-    if not has_gauge:  # the mean jump over the crack
-        return {
-            name: interface.jump_operator.T @ np.kron(share, unit)
-            for name, unit in (("opening", [1.0, 0.0]), ("sliding", [0.0, 1.0]))
-        }
-    if isinstance(specimen, UserMesh):
-        minus, plus = (_nodes(mesh, key, getattr(specimen, key)) for key in ("gauge_minus", "gauge_plus"))
-    else:
-        minus, plus = mesh.point_sets["gauge_minus"], mesh.point_sets["gauge_plus"]
-    normal = _gauge_normal(specimen, share @ interface.normals)
-    measures = {}
-    for name, direction in (("opening", normal), ("sliding", np.array([normal[1], -normal[0]]))):
-        row = np.zeros(2 * len(mesh.points))
-        for nodes, sign in ((plus, 1.0), (minus, -1.0)):
-            for axis in (0, 1):
-                np.add.at(row, 2 * nodes + axis, sign * direction[axis] / len(nodes))
-        measures[name] = row
-    return measures
-
-
-def _gauge_normal(specimen: Any, mean: Array) -> Array:
-    """Direction in which the gauge measures the opening: along the beam or plate, else the crack's mean normal."""
-    if isinstance(specimen, NotchedBeam):
-        return np.array([-1.0, 0.0])
-    if isinstance(specimen, NotchedTension):
-        return np.array([0.0, 1.0])
-    length = np.hypot(*mean)
-    if length < 1e-9:
-        raise SceneError("specimen.gauge: the crack has no mean normal to measure along; leave the gauge out")
-    return np.asarray(mean / length)
+    return scene.specimen.mesh(scene.sizes, scene.model.half)
 
 
 def _clean(operator: sp.csr_array) -> sp.csr_array:
@@ -332,8 +251,10 @@ def _dense_is_cheaper(active: int, total: int) -> bool:
 def describe(scene: Scene, model: Model) -> Sequence[str]:
     """Three lines: what was modelled, how, and what was left out."""
     n_bulk = sum(len(block.cells) for block in model.blocks)
+    kinds = " and ".join(sorted({block.kind for block in model.blocks}))
+    whole = "one half of a symmetric body, " if scene.model.half else ""
     return (
-        f"modelled: {n_bulk} linear elastic {' and '.join(sorted({b.kind for b in model.blocks}))} elements in plane "
+        f"modelled: {whole}{n_bulk} linear elastic {kinds} elements in plane "
         f"{scene.model.plane}; {len(model.mesh.cells[-1].data)} zero-thickness crack cells, "
         f"{len(model.interface.weights)} points, width {model.problem.law.width:.3g} mm",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"

@@ -155,19 +155,55 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
 
     # the same rows of the split cells name the copies on either side
     rows = _Star.of(cells).nodes
-    plus, minus = rows[plus_row[: len(crack)]], rows[minus_row[: len(crack)]]
     # the plus side lies to the left, so its cell runs along the path and the minus cell against it
-    a, b = (minus[:, 1], plus[:, 0]), (minus[:, 0], plus[:, 1])
-    columns = [a[0], b[0], b[1], a[1]]
-    if rows.shape[1] == 3:
-        columns += [minus[:, 2], b[0], plus[:, 2], a[1]]
-    crack_cells = np.stack(columns, axis=1)
+    turned = [1, 0, 2][: rows.shape[1]]
+    return _with_crack_cells(mesh, cells, original, rows[minus_row[: len(crack)]][:, turned], rows[plus_row[: len(crack)]])
 
+
+def mirror_cracks(mesh: meshio.Mesh, crack: Index) -> meshio.Mesh:
+    """Crack cells between one half of a symmetric body and its mirror image.
+
+    Parameters
+    ----------
+    mesh : meshio.Mesh
+        The half on the plus side, to the left of the path.
+    crack : (n, 2) array
+        Corner nodes of boundary edges on the plane of symmetry, each in the direction of the path.
+
+    Returns
+    -------
+    meshio.Mesh
+        As from `insert_cracks`; the minus nodes stand for the mirror image and belong to no bulk cell.
+
+    Raises
+    ------
+    MeshError
+        For an edge that is not on the boundary of the body.
+    """
+    cells = [(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in EDGES]
+    star = _Star.of(cells)
+    lookup = {(int(a), int(b)): i for i, (a, b) in enumerate(star.nodes[:, :2])}
+    if any((a, b) not in lookup or (b, a) in lookup for a, b in crack.tolist()):
+        raise MeshError("the crack path of a half body: expected edges on its boundary, the body to the left")
+    plus = star.nodes[[lookup[a, b] for a, b in crack.tolist()]]
+    nodes, number = np.unique(plus, return_inverse=True)
+    original = np.concatenate([np.arange(len(mesh.points)), nodes])
+    return _with_crack_cells(mesh, cells, original, len(mesh.points) + number.reshape(plus.shape), plus)
+
+
+def _with_crack_cells(
+    mesh: meshio.Mesh, cells: list[tuple[str, Index]], original: Index, minus: Index, plus: Index
+) -> meshio.Mesh:
+    """The mesh that `insert_cracks` returns; minus and plus are (n, 2 or 3): a, b[, mid] of each crack cell."""
+    columns = [minus[:, 0], minus[:, 1], plus[:, 1], plus[:, 0]]
+    if plus.shape[1] == 3:
+        columns += [minus[:, 2], minus[:, 1], plus[:, 2], plus[:, 0]]
+    crack_cells = np.stack(columns, axis=1)
     body = [np.arange(len(block)) for _, block in cells]
     nothing = [np.empty(0, dtype=np.int64) for _ in cells]
     return meshio.Mesh(
         mesh.points[original],
-        [*cells, (CRACK_CELLS[rows.shape[1]], crack_cells)],
+        [*cells, (CRACK_CELLS[plus.shape[1]], crack_cells)],
         point_data={"original": original},
         point_sets={name: np.flatnonzero(np.isin(original, nodes)) for name, nodes in (mesh.point_sets or {}).items()},
         cell_sets={"body": [*body, nothing[0]], "crack": [*nothing, np.arange(len(crack_cells))]},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,7 +13,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from .cracks import Line, Point, edges_on_path, insert_cracks, nodes_on_segment, path_length
+from .cracks import Line, Point, edges_on_path, insert_cracks, mirror_cracks, nodes_on_segment, path_length
 from .errors import MeshError
 
 Array = NDArray[np.float64]
@@ -95,8 +95,9 @@ def mesh_polygon(
     crack: Sequence[Line],
     sizes: MeshSizes,
     slits: Sequence[Line] = (),
-    nodes: dict[str, Sequence[Point]] | None = None,
+    nodes: Mapping[str, Sequence[Point]] | None = None,
     edges: dict[str, tuple[Point, Point]] | None = None,
+    half: bool = False,
 ) -> meshio.Mesh:
     """Mesh a polygon, cut it along `crack` (with crack cells) and `slits` (without).
 
@@ -107,6 +108,7 @@ def mesh_polygon(
     sizes : MeshSizes
     nodes : points that must be nodes, by the name of the point set they end up in.
     edges : straight parts of the outline, by the name of the point set of their nodes.
+    half : the crack runs along the outline, and a mirror image stands on its other side.
 
     Returns
     -------
@@ -142,6 +144,8 @@ def mesh_polygon(
     mesh.point_sets = {name: np.array([_nearest(mesh, name, p) for p in group]) for name, group in nodes.items()}
     slack = 1e-6 * float(np.ptp(mesh.points, axis=0).max())
     mesh.point_sets |= {name: np.flatnonzero(nodes_on_segment(mesh.points, *ends, slack)) for name, ends in edges.items()}
+    if half:
+        return mirror_cracks(mesh, edges_on_path(mesh, "crack", crack))
     return insert_cracks(mesh, edges_on_path(mesh, "crack", crack), edges_on_path(mesh, "notch", slits))
 
 

@@ -58,9 +58,20 @@ class NotchedBeam:
         x = self.notch_position
         return self.crack or [[(x, self.notch), (x, self.depth)]]
 
-    def mesh(self, sizes: MeshSizes) -> meshio.Mesh:
-        """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether the half on the plus side of the crack may stand for the whole."""
+        return self.notch_position == 0.0 and not self.crack
+
+    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
+        """The mesh with crack cells and point sets, of the left half if so wanted; MeshError for bad geometry."""
         a, b, x, w = self.length / 2, self.depth, self.notch_position, self.notch_width / 2
+        if half:
+            corners: list[Point] = [(-a, 0.0), (-w, 0.0), (-w, self.notch), (0.0, self.notch), (0.0, b), (-a, b)]
+            points: dict[str, Sequence[Point]] = {"support_left": [(-self.span / 2, 0.0)], "load": [(0.0, b)]}
+            if self.gauge:
+                points["gauge_plus"] = [(-self.gauge / 2, 0.0)]
+            return mesh_polygon(_without_repeats(corners), self.paths, sizes, (), points, half=True)
         outline: list[Point] = [(a, 0), (a, b), (-a, b), (-a, 0)]
         slits: list[Line] = []
         if self.notch and self.notch_width:
@@ -121,11 +132,23 @@ class NotchedTension:
         right = self.width / 2 - (self.notch if self.notches == "double" else 0.0)
         return self.crack or [[(-self.width / 2 + self.notch, 0.0), (right, 0.0)]]
 
-    def mesh(self, sizes: MeshSizes) -> meshio.Mesh:
-        """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether the half on the plus side of the crack may stand for the whole."""
+        return not self.crack
+
+    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
+        """The mesh with crack cells and point sets, of the upper half if so wanted; MeshError for bad geometry."""
         a, b, w = self.width / 2, self.length / 2, self.notch_width / 2
         tip = a - self.notch
         both = self.notches == "double"
+        if half:
+            right = tip if both else a
+            corners = [(-a, w), (-tip, w), (-tip, 0.0), (right, 0.0), (right, w if both else 0.0), (a, w if both else 0.0)]
+            corners += [(a, b), (-a, b)]
+            points = {"gauge_plus": [(-a, self.gauge / 2), (a, self.gauge / 2)]} if self.gauge else {}
+            edge = {"top": ((-a, b), (a, b))}
+            return mesh_polygon(_without_repeats(corners), self.paths, sizes, (), points, edge, half=True)
         outline: list[Point] = [(-a, -b), (a, -b)]
         if self.notch and w and both:
             outline += [(a, -w), (tip, -w), (tip, w), (a, w)]
@@ -213,7 +236,9 @@ class SingleCrack:
         t = math.radians(self.angle)
         return self.turned(-math.sin(t), math.cos(t))
 
-    def mesh(self, sizes: MeshSizes) -> meshio.Mesh:
+    is_symmetric = False
+
+    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
         """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
         a, b, g = self.width / 2, self.height / 2, self.gauge / 2
         corners = [self.turned(*p) for p in ((-a, -b), (a, -b), (a, b), (-a, b))]
@@ -237,6 +262,10 @@ def polylines(crack: Any) -> list[Line]:
     except (TypeError, ValueError, IndexError, KeyError):
         pass
     raise ValueError(f"crack = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists")
+
+
+def _without_repeats(corners: list[Point]) -> list[Point]:
+    return [p for p, before in zip(corners, [corners[-1], *corners[:-1]], strict=True) if p != before]
 
 
 def _expect(specimen: object, name: str, holds: bool, expected: str) -> None:

@@ -1,0 +1,116 @@
+"""What holds, drives and measures each kind of specimen: ties and gauge on the named sets of its mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from meshing import NotchedBeam, NotchedTension, SingleCrack
+
+from .assembly import Tie
+from .interface import Interface
+from .scene import Scene, SceneError, UserMesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], Tie, Tie | None]:
+    """Supports and drive of a specimen, and its plane of symmetry where half of it is modelled."""
+    specimen, sets = scene.specimen, mesh.point_sets
+    x, y = (1.0, 0.0), (0.0, 1.0)
+    if scene.model.half:
+        plane = np.unique(mesh.cells[-1].data)
+        if isinstance(specimen, NotchedBeam):
+            return (
+                [Tie("support_left", sets["support_left"], y)],
+                Tie("load", sets["load"], (0.0, -1.0)),
+                Tie("crack", plane, x),
+            )
+        # the plane of symmetry stays where it is, so the top moves by half of the drive
+        return [Tie("top", sets["top"], x)], Tie("top", sets["top"], y, factor=0.5), Tie("crack", plane, y)
+    if isinstance(specimen, NotchedBeam):
+        left, right = sets["support_left"], sets["support_right"]
+        supports = [Tie("support_left", left, x), Tie("support_left", left, y), Tie("support_right", right, y)]
+        return supports, Tie("load", sets["load"], (0.0, -1.0)), None
+    if isinstance(specimen, NotchedTension):
+        base, top = sets["base"], sets["top"]
+        return [Tie("base", base, x), Tie("base", base, y), Tie("top", top, x)], Tie("top", top, y), None
+    if isinstance(specimen, SingleCrack):
+        t = np.radians(specimen.drive_angle)
+        along = specimen.turned(float(np.sin(t)), float(np.cos(t)))
+        across = (along[1], -along[0])
+        loose = specimen.faces == "free"
+        base_set, top_set = ("base_corner", "top_corner") if loose else ("base", "top")
+        supports = [
+            Tie("base", sets["base"], along),
+            Tie(base_set, sets[base_set], across),
+            Tie(top_set, sets[top_set], across),
+        ]
+        return supports, Tie("top", sets["top"], along), None
+    supports = [Tie("supports", _nodes(mesh, "supports", at), direction) for at, direction in specimen.supports]
+    return supports, Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1]), None
+
+
+def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, float]) -> Index:
+    """Nodes of a place in a user's mesh: a set by name, or the copies of the node at a point."""
+    if isinstance(place, str):
+        if place not in mesh.point_sets:
+            names = ", ".join(sorted(mesh.point_sets)) or "none"
+            raise SceneError(f"specimen.{key} = {place!r}: the mesh has no such set; it has {names}")
+        return np.asarray(mesh.point_sets[place])
+    distance = np.hypot(*(mesh.points - np.asarray(place)).T)
+    size = float(np.ptp(mesh.points, axis=0).max())
+    if distance.min() > 1e-6 * size:
+        raise SceneError(
+            f"specimen.{key} = {list(place)}: the nearest node is {distance.min():.3g} mm away; expected a node there"
+        )
+    return np.flatnonzero(distance < 1e-6 * size)
+
+
+def gauge(scene: Scene, mesh: meshio.Mesh, interface: Interface) -> dict[str, Array]:
+    """Opening and sliding as linear measures of the mesh nodes' displacements, (2 m,) each."""
+    specimen = scene.specimen
+    share = interface.weights / interface.area
+    if isinstance(specimen, UserMesh):
+        has_gauge = specimen.gauge_minus is not None
+    else:
+        has_gauge = specimen.gauge > 0
+    if not has_gauge:  # the mean jump over the crack
+        return {
+            name: interface.jump_operator.T @ np.kron(share, unit)
+            for name, unit in (("opening", [1.0, 0.0]), ("sliding", [0.0, 1.0]))
+        }
+    if isinstance(specimen, UserMesh):
+        minus, plus = (_nodes(mesh, key, getattr(specimen, key)) for key in ("gauge_minus", "gauge_plus"))
+    else:
+        plus = mesh.point_sets["gauge_plus"]
+        minus = mesh.point_sets.get("gauge_minus", plus)
+    normal = _gauge_normal(specimen, share @ interface.normals)
+    measures = {}
+    for name, direction in (("opening", normal), ("sliding", np.array([normal[1], -normal[0]]))):
+        row = np.zeros(2 * len(mesh.points))
+        # the mirror image of the plus points opens as they do, and slides with them
+        sides = (
+            ((plus, 1.0), (minus, 1.0 if name == "opening" else -1.0)) if scene.model.half else ((plus, 1.0), (minus, -1.0))
+        )
+        for nodes, sign in sides:
+            for axis in (0, 1):
+                np.add.at(row, 2 * nodes + axis, sign * direction[axis] / len(nodes))
+        measures[name] = row
+    return measures
+
+
+def _gauge_normal(specimen: Any, mean: Array) -> Array:
+    """Direction in which the gauge measures the opening: along the beam or plate, else the crack's mean normal."""
+    if isinstance(specimen, NotchedBeam):
+        return np.array([-1.0, 0.0])
+    if isinstance(specimen, NotchedTension):
+        return np.array([0.0, 1.0])
+    length = np.hypot(*mean)
+    if length < 1e-9:
+        raise SceneError("specimen.gauge: the crack has no mean normal to measure along; leave the gauge out")
+    return np.asarray(mean / length)
