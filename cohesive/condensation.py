@@ -43,19 +43,18 @@ def nested_dissection(points: Array, cells: Sequence[Index]) -> Index:
     levels = max(0, int(np.ceil(np.log2(len(centres) / _LEAF))))
     depth = np.zeros(m, dtype=np.int64)  # of the part that a separator divides, the whole being `levels`
     end = np.zeros(m, dtype=np.int64)  # where that part ends, counted in leaves
+    grouped = np.arange(len(centres))  # the elements, part by part
     for level in range(levels):
-        order = np.argsort(part, kind="stable")
         count = np.bincount(part, minlength=1 << level)
         start = np.concatenate([[0], np.cumsum(count)[:-1]])
-        sorted_centres = centres[order]
-        low = np.minimum.reduceat(sorted_centres, start, axis=0)
-        high = np.maximum.reduceat(sorted_centres, start, axis=0)
-        axis = (high - low).argmax(axis=1)
-        along = np.take_along_axis(centres, axis[part][:, None], axis=1)[:, 0]
-        ranked = np.lexsort((along, part))
-        upper = np.empty(len(part), dtype=bool)
-        upper[ranked] = np.arange(len(part)) - start[part[ranked]] >= count[part[ranked]] // 2
-        part = 2 * part + upper
+        at, of = centres[grouped], part[grouped]
+        low = np.minimum.reduceat(at, start, axis=0)
+        extent = np.maximum.reduceat(at, start, axis=0) - low
+        axis = extent.argmax(axis=1)
+        place = np.arange(len(part))
+        along = (at[place, axis[of]] - low[of, axis[of]]) / (1.001 * extent[of, axis[of]] + 1e-300)  # below 1
+        grouped = grouped[np.argsort(of + along)]
+        part[grouped] = 2 * of + (place - start[of] >= count[of] // 2)
 
         first = np.flatnonzero(np.r_[True, node[1:] != node[:-1]])
         lowest = np.minimum.reduceat(part[element], first)

@@ -244,6 +244,9 @@ class CrackPlane:
         m = self.concrete
         phi, normal, dphi_dR, distance, cone, uz, duz = self._surface(jump, Z)
         at = np.flatnonzero(phi < m.c_lm * uz)
+        if not at.size:  # the usual case while a crack opens
+            nothing = np.empty((0, jump.shape[1]))
+            return at, nothing, nothing, nothing
         phi, normal, uz = phi[at], normal[at], uz[at]
         g = 0.5 * uz * (np.log1p(np.exp(-2.0 * m.c_lm)) - np.logaddexp(0.0, -2.0 * phi / uz))  # (16), (B3)
         H, dH = self._reduction(jump[at, 0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -34,6 +35,7 @@ class Stiffness(Protocol):
     def apply(self, v: Array) -> Array:
         """Forces of the unknowns v."""
 
+    @property
     def scale(self) -> float:
         """Largest sum of absolute values in a row, for a bound on rounding."""
 
@@ -50,6 +52,7 @@ class DenseStiffness:
     def apply(self, v: Array) -> Array:
         return np.asarray(self.matrix @ v)
 
+    @cached_property
     def scale(self) -> float:
         return float(abs(self.matrix).sum(axis=1).max())
 
@@ -75,6 +78,7 @@ class SparseStiffness:
     def apply(self, v: Array) -> Array:
         return np.asarray(self.matrix @ v)
 
+    @cached_property
     def scale(self) -> float:
         return float(abs(self.matrix).sum(axis=1).max())
 
@@ -184,7 +188,7 @@ class Problem:
             linear, crack = self.stiffness.apply(v), self.points.force(traction)
             residual = linear + crack - load * drive
             scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * self.full_strength)
-            rounding = 4 * np.finfo(float).eps * self.stiffness.scale() * float(abs(v).max())
+            rounding = 4 * np.finfo(float).eps * self.stiffness.scale * float(abs(v).max())
             gap, row, corner = self._control(control, target, start, v, load, jump, Z)
             error = float(np.linalg.norm(residual))
             residuals.append(error / scale)

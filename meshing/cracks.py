@@ -53,8 +53,18 @@ class _Star:
             owner.append(np.repeat(np.arange(offset, offset + len(block)), len(edges)))
             offset += len(block)
         rows = np.concatenate(nodes)
-        _, edge = np.unique(np.sort(rows[:, :2], axis=1), axis=0, return_inverse=True)
-        return cls(np.concatenate(owner), edge.reshape(-1), rows)
+        low, high = rows[:, :2].min(axis=1), rows[:, :2].max(axis=1)
+        _, edge = np.unique(low * (high.max() + 1) + high, return_inverse=True)
+        return cls(np.concatenate(owner), edge, rows)
+
+    def find(self, directed: Index) -> Index:
+        """Rows of edges (n, 2) in that direction, -1 where there is none."""
+        size = max(int(self.nodes.max()), int(directed.max(initial=0))) + 1
+        keys = self.nodes[:, 0] * size + self.nodes[:, 1]
+        order = np.argsort(keys)
+        wanted = directed[:, 0] * size + directed[:, 1]
+        place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+        return np.where(keys[order[place]] == wanted, order[place], -1)
 
 
 def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
@@ -182,10 +192,10 @@ def mirror_cracks(mesh: meshio.Mesh, crack: Index) -> meshio.Mesh:
     """
     cells = [(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in EDGES]
     star = _Star.of(cells)
-    lookup = {(int(a), int(b)): i for i, (a, b) in enumerate(star.nodes[:, :2])}
-    if any((a, b) not in lookup or (b, a) in lookup for a, b in crack.tolist()):
+    row = star.find(crack)
+    if (row < 0).any() or (star.find(crack[:, ::-1]) >= 0).any():
         raise MeshError("the crack path of a half body: expected edges on its boundary, the body to the left")
-    plus = star.nodes[[lookup[a, b] for a, b in crack.tolist()]]
+    plus = star.nodes[row]
     nodes, number = np.unique(plus, return_inverse=True)
     original = np.concatenate([np.arange(len(mesh.points)), nodes])
     return _with_crack_cells(mesh, cells, original, len(mesh.points) + number.reshape(plus.shape), plus)
@@ -212,15 +222,11 @@ def _with_crack_cells(
 
 def _sides(star: _Star, path: Index, points: Array) -> tuple[Index, Index]:
     """Rows of `star` on the minus and plus side of each path edge."""
-    lookup: dict[tuple[int, int], int] = {(int(a), int(b)): i for i, (a, b) in enumerate(star.nodes[:, :2])}
-    minus, plus = np.empty(len(path), dtype=np.int64), np.empty(len(path), dtype=np.int64)
-    for i, (a, b) in enumerate(path.tolist()):
-        left, right = lookup.get((a, b)), lookup.get((b, a))
-        if left is None or right is None:
-            where = "outside the body" if left is right else "along its boundary"
-            x, y = points[[a, b], :2].mean(axis=0)
-            raise MeshError(f"the crack path runs {where} at ({x:g}, {y:g}): expected a path inside the body")
-        plus[i], minus[i] = left, right
+    plus, minus = star.find(path), star.find(path[:, ::-1])
+    for i in np.flatnonzero((plus < 0) | (minus < 0)).tolist():
+        where = "outside the body" if plus[i] == minus[i] else "along its boundary"
+        x, y = points[path[i], :2].mean(axis=0)
+        raise MeshError(f"the crack path runs {where} at ({x:g}, {y:g}): expected a path inside the body")
     return minus, plus
 
 
