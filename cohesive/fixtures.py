@@ -43,13 +43,11 @@ def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], Tie, Tie | None]:
         t = np.radians(specimen.drive_angle)
         along = specimen.turned(float(np.sin(t)), float(np.cos(t)))
         across = (along[1], -along[0])
-        loose = specimen.faces == "free"
-        base_set, top_set = ("base_corner", "top_corner") if loose else ("base", "top")
-        supports = [
-            Tie("base", sets["base"], along),
-            Tie(base_set, sets[base_set], across),
-            Tie(top_set, sets[top_set], across),
-        ]
+        supports = [Tie("base", sets["base"], along)]
+        if specimen.faces == "free":
+            supports.append(Tie("base_corner", sets["base_corner"], across))
+        else:
+            supports += [Tie("base", sets["base"], across), Tie("top", sets["top"], across)]
         return supports, Tie("top", sets["top"], along), None
     supports = [Tie("supports", _nodes(mesh, "supports", at), direction) for at, direction in specimen.supports]
     return supports, Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1]), None

@@ -22,7 +22,7 @@ WATCHED = (
 SMALLEST_STEP = 2.0**-14
 #: a step that needed no more iterations lets the next one grow
 EASY_ITERATIONS = 6
-#: the first step after a reversal, as a part of the nominal one
+#: the first step after a reversal, as a part of the nominal one (unless there are fewer steps than that)
 REVERSAL_STEP = 0.25
 
 
@@ -124,7 +124,7 @@ class March:
         direction = float(np.sign(target - start))
         reversal = last[0] == control and last[1] * direction < 0
         reversal |= control == "load" and state.load * direction < 0
-        size = nominal * (REVERSAL_STEP if reversal else 1.0)
+        size = nominal * (REVERSAL_STEP if reversal and stage.steps * REVERSAL_STEP >= 1.0 else 1.0)
         peak = max(abs(state.load), 1e-300)
         value, cuts = start, 0
         while nominal and abs(target - value) > 1e-9 * nominal:
@@ -159,11 +159,10 @@ class March:
 
     def _advance(self, state: State, control: str, value: float, reversal: bool) -> Trial:
         if control == "dissipation":
-            dissipating = (self.problem.law.traction(state.jump, np.zeros(len(state.Z)))[1] >= state.Z) & (
-                state.Z > self.problem.law.Zt
-            )
-            if not dissipating.any():
-                return self.problem.advance(state, "load", self.problem.onset_load(state), reversal)
+            law = self.problem.law
+            on_surface = law.traction(state.jump, np.zeros_like(state.Z))[1] >= state.Z
+            if not (on_surface & (state.Z > law.Zt)).any():
+                return self.problem.advance_to_onset(state)
         return self.problem.advance(state, control, value, reversal)
 
     def _watch(self, until: dict[str, float], before: State, after: State, peak: float) -> tuple[float, bool]:

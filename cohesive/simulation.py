@@ -163,6 +163,8 @@ def build(scene: Scene) -> Model:
     problem = Problem(
         law, CrackPoints.build(jump_operator, interface.weights), stiffness, drive_number, measures, scene.solver.tol
     )
+    if not problem.is_held():
+        raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
     return Model(mesh, blocks, interface, problem, recover, K.shape[0], len(measures["opening"]), reduction, timings)
 
 

@@ -268,29 +268,59 @@ class Problem:
             contact_work=start.contact_work + 0.5 * float(weights @ np.einsum("ij,ij->i", contact, jump - start.jump)),
         )  # fmt: skip
 
-    def onset_load(self, start: State) -> float:
-        """Load at which, on a linear path from `start`, the next point begins to be damaged."""
-        unit = np.zeros_like(start.v)
-        unit[self.drive] = 1.0
+    def advance_to_onset(self, start: State) -> Trial:
+        """The state in which, on the elastic path from `start`, the next point begins to be damaged.
+
+        Dissipation control starts there: before it nothing dissipates, and a load beyond it may not exist.
+
+        Raises
+        ------
+        NotConverged
+            If the path is not linear, as in contact.
+        """
+        drive = np.zeros_like(start.v)
+        drive[self.drive] = 1.0
         _, tangent, _ = self.law.update(start.jump, start.Z, frozen=True)
-        # one unit of load more
-        entries = self.points.stiffness(tangent)
-        change = self.stiffness.solve(entries, unit, np.zeros_like(unit), 1.0, np.zeros_like(unit), 1.0)
-        rate = self.points.jump(change[:-1])
+        nothing = np.zeros_like(drive)
+        rate = self.stiffness.solve(self.points.stiffness(tangent), drive, nothing, 1.0, nothing, 1.0)[:-1]
+        jump_rate = self.points.jump(rate)
 
-        def margin(factor: float) -> float:  # positive once a point is past its history
-            jump = start.jump + factor * rate
-            _, Z = self.law.traction(jump, np.zeros(len(jump)))
-            return float((Z / start.Z).max()) - 1.0 - 1e-6
+        def is_damaged(load: float) -> bool:
+            _, Z = self.law.traction(start.jump + load * jump_rate, start.Z)
+            return bool((Z > start.Z).any())
 
-        top = self.full_strength
-        while margin(top) < 0 and top < 1e6 * self.full_strength:
-            top *= 2.0
-        low = 0.0
-        while top - low > 1e-9 * top:
-            middle = 0.5 * (low + top)
-            low, top = (middle, top) if margin(middle) < 0 else (low, middle)
-        return start.load + top
+        low, high = 0.0, self.full_strength
+        for _ in range(60):
+            if is_damaged(high):
+                break
+            high *= 2.0
+        else:
+            raise NotConverged("the drive does not damage the crack, so that no dissipation can be prescribed")
+        for _ in range(200):
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
+            low, high = (low, middle) if is_damaged(middle) else (middle, high)
+        v, load = start.v + high * rate, start.load + high
+        jump = self.points.jump(v)
+        traction, Z = self.law.traction(jump, start.Z)
+        error = np.linalg.norm(self.stiffness.apply(v) + self.points.force(traction) - load * drive) / abs(load)
+        if error > self.tol:
+            raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
+        return Trial(self._state(start, v, load, jump, traction, Z), 1, [float(error)])
+
+    def is_held(self) -> bool:
+        """Whether the elastic body has a stiffness against every motion: a known motion is found from its forces."""
+        motion = np.random.default_rng(0).normal(size=self.points.size)
+        p = len(self.points.weights)
+        _, tangent, _ = self.law.update(np.zeros((p, 2)), np.full(p, self.law.Zt))
+        force = self.stiffness.apply(motion) + self.points.force(np.einsum("pij,pj->pi", tangent, self.points.jump(motion)))
+        nothing = np.zeros_like(motion)
+        try:
+            found = self.stiffness.solve(self.points.stiffness(tangent), nothing, nothing, 1.0, force, 0.0)[:-1]
+        except NotConverged:
+            return False
+        return bool(np.linalg.norm(found - motion) < 1e-3 * np.linalg.norm(motion))
 
     def is_separated(self, state: State) -> bool:
         """Whether nothing is left of the crack's traction: the body is in pieces."""

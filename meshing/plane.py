@@ -34,7 +34,7 @@ class MeshSizes:
     ----------
     crack_size : element size along the crack path, mm.
     far_size : element size far from it, mm.
-    shape : "triangle" | "quad" (quad meshes may hold a few triangles).
+    shape : "triangle" | "quad".
     order : 1 | 2.
 
     Raises
@@ -151,14 +151,17 @@ def mesh_polygon(
 
 def _set_sizes(gmsh: ModuleType, crack: list[int], sizes: MeshSizes) -> None:
     mesh, option = gmsh.model.mesh, gmsh.option.setNumber
+    # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
+    double = 2.0 if sizes.shape == "quad" else 1.0
+    near, far = double * sizes.crack_size, double * sizes.far_size
     for tag in crack:
         a, b = (gmsh.model.getValue(0, p, []) for _, p in gmsh.model.getBoundary([(1, tag)], oriented=False))
-        mesh.setTransfiniteCurve(tag, max(2, round(math.dist(a, b) / sizes.crack_size) + 1))
+        mesh.setTransfiniteCurve(tag, max(1, round(math.dist(a, b) / near)) + 1)
     distance = mesh.field.add("Distance")
     mesh.field.setNumbers(distance, "CurvesList", crack)
     mesh.field.setNumber(distance, "Sampling", 200)
     size = mesh.field.add("MathEval")
-    mesh.field.setString(size, "F", f"Min({sizes.far_size!r}, {sizes.crack_size!r} + {GROWTH} * F{distance})")
+    mesh.field.setString(size, "F", f"Min({far!r}, {near!r} + {GROWTH} * F{distance})")
     mesh.field.setAsBackgroundMesh(size)
     for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
         option(f"Mesh.{extra}", 0)
@@ -166,6 +169,7 @@ def _set_sizes(gmsh: ModuleType, crack: list[int], sizes: MeshSizes) -> None:
         option("Mesh.Algorithm", 8)
         option("Mesh.RecombineAll", 1)
         option("Mesh.RecombinationAlgorithm", 1)
+        option("Mesh.SubdivisionAlgorithm", 1)
     else:
         option("Mesh.Algorithm", 6)
 

@@ -171,8 +171,8 @@ class NotchedTension:
 class SingleCrack:
     """A rectangular block with one crack through its centre, moved at its top face.
 
-    Origin in the centre, before `rotation` turns the whole. Point sets: `base`, `top`, one corner of each
-    (`base_corner`, `top_corner`) and, with a gauge, `gauge_minus` and `gauge_plus` on the crack's normal.
+    Origin in the centre, before `rotation` turns the whole. Point sets: `base`, `top`, one corner of
+    the base (`base_corner`) and, with a gauge, `gauge_minus` and `gauge_plus` on the crack's normal.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ class SingleCrack:
     angle : between the crack and the base, above -90 and at most 90.
     crack_length : None: through the whole block; else a crack with both tips inside.
     drive_angle : between the motion of the top face and its outer normal: 0 pulls, 90 shears, 180 pushes.
-    faces : "free" (base and top may contract sideways) or "clamped".
+    faces : "free" (base and top move freely across the drive, but for one corner of the base) or "clamped".
     rotation : turns the block, its supports and its drive.
     gauge : length over which the opening is measured across the crack's centre; 0: mean jump over the crack.
     crack : polyline (or list of polylines) in the block's axes, instead of angle and crack_length.
@@ -242,7 +242,7 @@ class SingleCrack:
         """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
         a, b, g = self.width / 2, self.height / 2, self.gauge / 2
         corners = [self.turned(*p) for p in ((-a, -b), (a, -b), (a, b), (-a, b))]
-        nodes: dict[str, Sequence[Point]] = {"base_corner": [corners[0]], "top_corner": [corners[3]]}
+        nodes: dict[str, Sequence[Point]] = {"base_corner": [corners[0]]}
         if g:
             n = self.normal
             nodes |= {"gauge_minus": [(-g * n[0], -g * n[1])], "gauge_plus": [(g * n[0], g * n[1])]}

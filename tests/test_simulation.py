@@ -1,0 +1,295 @@
+"""The whole chain, against closed forms and invariants."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cohesive import NotConverged, Result, Scene, run
+from cohesive.simulation import build, default_width
+from meshing import MeshSizes, SingleCrack
+from tests.conftest import block
+
+Array = NDArray[np.float64]
+
+COMPARED = ("load", "opening", "sliding", "driven", "work", "elastic", "stored", "dissipated", "contact_work")
+
+
+def same(a: Result, b: Result, tolerance: float, names: tuple[str, ...] = COMPARED) -> None:
+    for name in names:
+        scale = max(abs(a.history[name]).max(), 1e-3 * abs(a.history["work" if "o" in name else "load"]).max())
+        np.testing.assert_allclose(a.history[name], b.history[name], atol=tolerance * scale, rtol=0, err_msg=name)
+
+
+@pytest.mark.parametrize(("shape", "order"), [("triangle", 1), ("triangle", 2), ("quad", 1), ("quad", 2)])
+@pytest.mark.parametrize("rotation", [0.0, 30.0, 45.0, 90.0, 137.2])
+def test_block_in_tension_is_the_law_in_series_with_elasticity(rotation: float, shape: str, order: int) -> None:
+    to = [0.02, 0.005, 0.05, 0.0]  # opened, nearly closed, opened further, closed
+    result = run(block(specimen__rotation=rotation, mesh__shape=shape, mesh__order=order, **{"stage__0__to": to}))
+    law, area = result.problem.law, 400.0
+    Z = np.zeros(1)
+    for u, load, driven, sliding in zip(*(result.history[k] for k in ("opening", "load", "driven", "sliding")), strict=True):
+        traction, Z = law.traction(np.array([[u, 0.0]]), Z)
+        stress = traction[0, 0]
+        assert load == pytest.approx(area * stress, rel=1e-6, abs=1e-6 * area)
+        assert driven == pytest.approx(u + stress * 40.0 / law.concrete.E, rel=1e-6, abs=1e-9)
+        assert abs(sliding) < 1e-9
+
+
+def as_file(tmp_path: Path, mesh: meshio.Mesh, turn: Array, name: str, crack: list[list[float]], **changes: Any) -> Scene:
+    """A scene on a mesh that is turned with everything that belongs to it."""
+    plain = meshio.Mesh(np.column_stack([mesh.points @ turn.T, np.zeros(len(mesh.points))]), mesh.cells[:-1])
+    plain.write(tmp_path / name)
+    data = {
+        "specimen": {
+            "kind": "mesh", "file": name, "thickness": 10.0, "crack": [(turn @ p).tolist() for p in np.array(crack)],
+            "supports": [
+                {"at": (turn @ [x, -15.0]).tolist(), "direction": (turn @ d).tolist()}
+                for x, d in ((-20.0, [1.0, 0.0]), (-20.0, [0.0, 1.0]), (20.0, [0.0, 1.0]))
+            ],
+            "drive": {"at": (turn @ [-20.0, 15.0]).tolist(), "direction": (turn @ [-0.6, 0.8]).tolist()},
+            "gauge_minus": (turn @ [-20.0, -15.0]).tolist(), "gauge_plus": (turn @ [-20.0, 15.0]).tolist(),
+        },
+        "material": {"preset": "reinhardt"},
+        "interface": {"width": 0.3},
+        "solver": {"tol": 1e-11},
+        "stage": [{"control": "opening", "to": [0.1, 0.06], "steps": 8}],
+    }  # fmt: skip
+    return Scene(data, tmp_path).with_(**changes)
+
+
+@pytest.mark.parametrize("angle", [30.0, 45.0, 90.0, 137.2])
+def test_turning_the_whole_scene_changes_nothing(tmp_path: Path, angle: float) -> None:
+    path = [[-20.0, 0.0], [0.0, 4.0], [10.0, 0.0]]  # a kinked crack with its tip inside
+    specimen = SingleCrack(40.0, 30.0, 10.0, crack=path)
+    mesh = specimen.mesh(MeshSizes(5.0, 8.0))
+    # the uncut mesh: copies given back their first number
+    original = mesh.point_data["original"]
+    mesh.cells[0].data[:] = original[mesh.cells[0].data]
+    mesh.points = mesh.points[: original.max() + 1]
+    t = np.radians(angle)
+    turn = np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]])
+    straight = run(as_file(tmp_path, mesh, np.eye(2), "straight.vtu", path))
+    turned = run(as_file(tmp_path, mesh, turn, "turned.vtu", path))
+    assert straight.dissipated_energy > 1.0
+    same(straight, turned, 1e-8)
+
+
+def test_condensed_and_full_newton_agree(beam: Scene) -> None:
+    exact = beam.with_(**{"solver.tol": 1e-11, "stage.0.to": [0.06, 0.03, 0.1], "specimen.notch_position": 10.0})
+    condensed = run(exact.with_(**{"solver.reduction": "condensed"}))
+    full = run(exact.with_(**{"solver.reduction": "none"}))
+    assert condensed.active_dofs < 60 < condensed.total_dofs == full.total_dofs == full.active_dofs
+    same(condensed, full, 1e-8)
+    for row in (3, -1):
+        a, b = condensed.frame(row), full.frame(row)
+        np.testing.assert_allclose(a.displacement, b.displacement, atol=1e-8 * abs(b.displacement).max())
+
+
+@pytest.mark.parametrize("kind", ["notched-beam", "notched-tension"])
+def test_half_of_a_symmetric_specimen_stands_for_the_whole(kind: str) -> None:
+    scene = Scene.load(kind).with_(**{"mesh.crack_size": 1.25, "mesh.far_size": 4.0})
+    scene = scene.with_(stage=[{"control": "opening", "to": 0.06, "steps": 20}])
+    whole, half = run(scene), run(scene.with_(**{"model.half": True}))
+    assert half.total_dofs < 0.6 * whole.total_dofs
+    # two meshes: the difference is the discretization's
+    same(whole, half, 5e-3, ("load", "opening", "driven", "work", "dissipated", "elastic"))
+    assert half.peak_load == pytest.approx(whole.peak_load, rel=2e-3)
+    assert half.full_energy == pytest.approx(whole.full_energy, rel=1e-12)
+
+
+def test_half_is_exact_on_the_mirrored_mesh() -> None:
+    """A bar in tension: uniform, so that the half's numbers are the whole's on any mesh."""
+    bar = {
+        "specimen": {"kind": "notched-tension", "length": 40.0, "width": 20.0, "thickness": 10.0, "notch": 0.0},
+        "mesh": {"crack_size": 5.0, "far_size": 5.0},
+        "material": {"E": 30e3, "nu": 0.0, "ft": 3.0, "Gf": 0.1},
+        "solver": {"tol": 1e-11},
+        "stage": [{"control": "driven", "to": 0.06, "steps": 12}],
+    }
+    whole, half = run(Scene(bar)), run(Scene(bar).with_(**{"model.half": True}))
+    same(whole, half, 1e-8)
+
+
+def pulled(steps: int, tol: float = 1e-4) -> Scene:
+    """The notched plate until every point of the ligament is past 1.4 Zm."""
+    scene = Scene.load("notched-tension").with_(**{"mesh.crack_size": 2.0, "mesh.far_size": 12.0, "solver.tol": tol})
+    Zm = scene.material.Zm
+    stages = [{"control": "opening", "to": 0.02, "steps": steps}, {"control": "opening", "to": 1.6 * Zm, "steps": 2 * steps}]
+    return scene.with_(stage=stages)
+
+
+def test_notched_plate_dissipates_the_fracture_energy() -> None:
+    result = run(pulled(40))
+    state = result._states[-1]
+    assert state.jump[:, 0].min() > 1.4 * result.scene.material.Zm
+    assert abs(state.traction).max() < 1e-3 * result.scene.material.ft
+    assert result.dissipated_energy == pytest.approx(result.full_energy, rel=0.01)
+    assert result.dissipated_energy < result.full_energy  # the tail is not cut off
+
+
+def test_energy_balance_closes_as_the_steps_shrink() -> None:
+    errors = [run(pulled(steps)).energy_error for steps in (20, 40, 80)]
+    assert errors[1] < 1e-3
+    assert errors[2] < 0.5 * errors[1] < 0.25 * errors[0]  # at least first order, through the peak's corner
+
+
+def test_pure_shear_without_contact() -> None:
+    width = 0.3
+    scene = block(
+        specimen__faces="clamped", specimen__drive_angle=90.0, interface__width=width, material__u_phi0=-100.0,
+        solver__tol=1e-8, **{"stage__0": {"control": "sliding", "to": 1.6, "steps": 100}},
+    )  # fmt: skip
+    result = run(scene)
+    m = scene.material
+    assert abs(result.history["opening"]).max() < 1e-9
+    GIIf = m.r_sigma**2 * (m.E / m.G) * (m.Gf + m.ft**2 * width / (2 * m.E))
+    assert result.dissipated_energy == pytest.approx(GIIf * 400.0, rel=1e-3)  # e^-7 is left at s = 1.6 mm
+    assert result.history["load"].max() <= m.r_sigma * m.ft * 400.0
+
+
+def test_a_crack_that_opens_under_dissipation_control_snaps_back() -> None:
+    """A long bar stores more than the crack takes: load and driven motion both fall after the peak."""
+    scene = block(specimen__height=1200.0, mesh__far_size=40.0, specimen__width=20.0)
+    scene = scene.with_(stage=[{"control": "dissipation", "to": 20.0, "steps": 40}])
+    result = run(scene)
+    h = result.history
+    assert h["dissipated"][-1] == pytest.approx(20.0, rel=1e-9)
+    assert np.diff(h["driven"]).min() < -1e-3
+    assert result.energy_error < 1e-3
+    law, Z = result.problem.law, np.zeros(1)
+    for u, load in zip(h["opening"], h["load"], strict=True):
+        traction, Z = law.traction(np.array([[u, 0.0]]), Z)
+        assert load == pytest.approx(200.0 * traction[0, 0], rel=1e-6)
+
+
+def test_load_control_up_and_down() -> None:
+    result = run(block(stage=[{"control": "load", "to": [1000.0, 200.0, -800.0], "steps": 4}]))
+    assert result.history["load"][-1] == pytest.approx(-800.0)
+    assert result.dissipated_energy == 0.0
+    np.testing.assert_allclose(result.history["load"] / result.history["driven"], result.history["load"][0] / result.history["driven"][0], rtol=1e-8)  # fmt: skip
+
+
+@pytest.mark.parametrize("width", [0.05, 2.0, 60.0])
+def test_a_crack_slammed_shut_in_one_step(width: float) -> None:
+    scene = block(interface__width=width, solver__tol=1e-4)
+    stages = [{"control": "opening", "to": 0.1, "steps": 20}, {"control": "load", "to": -4000.0, "steps": 1}]
+    result = run(scene.with_(stage=stages))
+    assert result.history["load"][-1] == pytest.approx(-4000.0, rel=1e-6)
+    assert result.history["iterations"][20:].max() <= 12
+
+
+def test_until_ends_a_stage_where_it_says() -> None:
+    stages = [
+        {"control": "opening", "to": 0.1, "steps": 25, "until": {"load_ratio": 0.5}},
+        {"control": "opening", "to": 0.0, "steps": 10, "until": {"load": -300.0}},
+    ]
+    result = run(block(stage=stages))
+    h = result.history
+    turn = int(h["opening"].argmax())
+    assert h["load"][turn] == pytest.approx(0.5 * result.peak_load, rel=1e-3)
+    assert h["load"][-1] == pytest.approx(-300.0, rel=1e-3)
+
+
+def test_a_separated_body_ends_the_run_and_says_so() -> None:
+    Zm = block().material.Zm
+    result = run(block(stage=[{"control": "opening", "to": 100 * Zm, "steps": 200}]))
+    assert "run through" in result.ending
+    assert result.history["opening"][-1] < 20 * Zm
+    assert np.isfinite(result.history["load"]).all()
+
+
+def test_steps_are_cut_and_recover(beam: Scene) -> None:
+    """One huge step to far beyond the peak: whatever it takes, the end is that of small steps."""
+    coarse = run(beam.with_(**{"stage.0.steps": 1, "stage.0.to": 0.1}))
+    fine = run(beam.with_(**{"stage.0.steps": 40, "stage.0.to": 0.1}))
+    assert coarse.history["load"][-1] == pytest.approx(fine.history["load"][-1], rel=1e-3)
+
+
+def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("cohesive.solver.MAX_ITERATIONS", 2)  # enough for elastic steps only
+    monkeypatch.setattr("cohesive.loading.SMALLEST_STEP", 0.3)
+    with pytest.raises(NotConverged, match=r"stage 1: the step from opening = .* failed down to") as caught:
+        run(beam.with_(**{"stage.0.steps": 2000}), output=tmp_path)
+    result = caught.value.result
+    assert isinstance(result, Result)
+    rows = (tmp_path / "history.csv").read_text().splitlines()
+    assert len(rows) == 1 + len(result.history["step"]) > 2
+    result.save(tmp_path)
+    assert (tmp_path / "curve.png").stat().st_size > 5000
+
+
+def test_newton_converges_quadratically(beam: Scene) -> None:
+    tails: list[list[float]] = []
+    run(beam.with_(**{"solver.tol": 1e-11}), on_step=lambda step, row: tails.append(step.trial.residuals))
+    checked = 0
+    for residuals in tails:
+        for before, after in zip(residuals[1:-1], residuals[2:], strict=True):
+            if 1e-6 < before < 1e-3:
+                assert after < 1e3 * before**2  # the constant holds over the whole run
+                checked += 1
+    assert checked >= 10
+
+
+def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:
+    """Elastic tractions ahead of the notch: between stiff faces they fall from tip to load point, and in truth monotonically."""
+
+    def tractions(quadrature: str) -> Array:
+        model = build(beam.with_(**{"interface.width": 0.001, "interface.quadrature": quadrature}))
+        state = model.problem.advance(model.problem.initial(), "load", 20.0).state
+        _, place = np.unique(model.interface.points[:, 1].round(9), return_index=True)
+        values: Array = state.traction[place, 0]
+        return values
+
+    nodal, gauss = tractions("nodal"), tractions("gauss")
+    assert (np.diff(nodal) < 0).all()
+    assert (np.diff(gauss) > 0).sum() >= 2
+    assert gauss[:4].min() < -0.05 * gauss.max()  # compression right behind the notch tip, where there is tension
+
+
+def test_width_rule_costs_less_than_one_percent() -> None:
+    scene = Scene.load("notched-beam").with_(**{"stage.0.to": 0.04, "stage.0.steps": 80, "solver.tol": 1e-7})
+    ruled, thin = run(scene), run(scene.with_(**{"interface.width": 0.01}))
+    assert ruled.problem.law.width == pytest.approx(default_width(25.0, scene.material)) == pytest.approx(0.25)
+    for opening in (0.005, 0.01):
+        loads = [np.interp(opening, r.history["opening"], r.history["load"]) for r in (ruled, thin)]
+        assert 0 < 1 - loads[0] / loads[1] < 0.01
+    assert abs(1 - ruled.peak_load / thin.peak_load) < 0.01
+    # the printed rule w = h, against which the small width is chosen
+    wide = run(scene.with_(**{"interface.width": "h"}))
+    assert np.interp(0.005, wide.history["opening"], wide.history["load"]) < 0.4 * loads[1]
+    assert wide.added_compliance() > 1.0 > 0.05 > ruled.added_compliance()
+
+
+def test_gregoire_beam_meets_the_measured_band() -> None:
+    result = run(Scene.load("notched-beam"))
+    assert result.reference is not None
+    checks = result.reference.check(result.history["opening"], result.history["load"])
+    inside = {x: ok for x, _, _, ok in checks}
+    assert len(checks) == 13
+    assert sum(inside.values()) >= 11
+    assert inside[0.005] and inside[0.01]  # the rising branch
+    assert all(abs(away) < 0.05 for _, _, away, _ in checks)
+
+
+def test_plane_strain_is_stiffer(beam: Scene) -> None:
+    first = beam.with_(**{"stage.0.to": 0.001, "stage.0.steps": 1})
+    stress, strain = run(first), run(first.with_(**{"model.plane": "strain"}))
+    ratio = strain.history["load"][0] / stress.history["load"][0]
+    assert 1.0 < ratio < 1 / (1 - 0.2**2) + 1e-3
+
+
+def test_the_body_must_be_held(tmp_path: Path) -> None:
+    mesh = SingleCrack(40.0, 30.0, 10.0).mesh(MeshSizes(5.0, 8.0))
+    original = mesh.point_data["original"]
+    mesh.cells[0].data[:] = original[mesh.cells[0].data]
+    mesh.points = mesh.points[: original.max() + 1]
+    scene = as_file(tmp_path, mesh, np.eye(2), "loose.vtu", [[-20.0, 0.0], [20.0, 0.0]])
+    loose = scene.data["specimen"]["supports"][:1]
+    with pytest.raises(ValueError, match="not held"):
+        run(scene.with_(**{"specimen.supports": loose}))
