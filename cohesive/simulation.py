@@ -224,7 +224,7 @@ def run(
                 if on_step is not None:
                     on_step(step, row)
         except (NotConverged, KeyboardInterrupt) as error:
-            error.result = result(f"stopped: {error or 'interrupted'}")  # type: ignore[union-attr]
+            error.result = result(f"stopped: {str(error) or 'interrupted'}")  # type: ignore[union-attr]
             raise
     return result(march.ending)
 

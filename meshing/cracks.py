@@ -157,17 +157,17 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
         x, y = mesh.points[star.nodes[row, :2], :2].mean(axis=0)
         raise MeshError(f"two paths run along the same edge at ({x:g}, {y:g}): expected paths that at most cross")
     cells, original = _split(star, cells, cut, len(mesh.points))
-    if len(original) == len(mesh.points):
-        raise MeshError(
-            f"the crack path cuts nothing: {len(cut)} element edge(s) inside the body, none of which reaches a free "
-            "edge or another one; expected at least two element edges in a row"
-        )
-
     # the same rows of the split cells name the copies on either side
     rows = _Star.of(cells).nodes
     # the plus side lies to the left, so its cell runs along the path and the minus cell against it
     turned = [1, 0, 2][: rows.shape[1]]
-    return _with_crack_cells(mesh, cells, original, rows[minus_row[: len(crack)]][:, turned], rows[plus_row[: len(crack)]])
+    minus, plus = rows[minus_row[: len(crack)]][:, turned], rows[plus_row[: len(crack)]]
+    if (minus[:, :2] == plus[:, :2]).all():
+        raise MeshError(
+            f"the crack path cuts nothing: {len(crack)} element edge(s) inside the body, none of which reaches a free "
+            "edge or another one; expected at least two element edges in a row"
+        )
+    return _with_crack_cells(mesh, cells, original, minus, plus)
 
 
 def mirror_cracks(mesh: meshio.Mesh, crack: Index) -> meshio.Mesh:

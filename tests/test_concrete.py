@@ -40,5 +40,5 @@ def test_a_wrong_parameter_is_named(change: dict[str, Any]) -> None:
 
 
 def test_an_unknown_preset_is_named() -> None:
-    with pytest.raises(ValueError, match="'granite'.*jacobsen"):
+    with pytest.raises(ValueError, match=r"'granite'.*jacobsen"):
         Concrete.preset("granite")

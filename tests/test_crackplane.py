@@ -1,6 +1,7 @@
 """The law: reference values, consistent tangent on every branch, continuity, purity, energies."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -88,7 +89,7 @@ def test_tangent_is_consistent(branch: str, components: int, width: float) -> No
         turn = np.radians(37.0)
         jump = np.array([[jump[0, 0], jump[0, 1] * np.cos(turn), jump[0, 1] * np.sin(turn)]])
     old = np.array([Z * Zm])
-    traction, tangent, Z_new = law.update(jump, old)
+    _, tangent, Z_new = law.update(jump, old)
     # the steps stay small against the shortest length of the law, the nose radius or Zt
     length = min(Zm, 10 * max(float(Z_new[0]), law.Zt), float(abs(jump).max()))
     expected = differences(law, jump, old, 2e-4 * length)
@@ -238,7 +239,7 @@ def test_dissipation_of_a_proportional_path_is_exact(direction: tuple[float, flo
     for steps in (1, 3):
         index = np.linspace(0, len(r) - 1, steps + 1).astype(int)
         total = 0.0
-        for i, j in zip(index[:-1], index[1:], strict=True):
+        for i, j in pairwise(index):
             total += law.dissipation(path[[i]], Z[[i]], path[[j]], Z[[j]])[0][0]
         assert total == pytest.approx(expected, rel=2e-5)  # the quadrature's own error
 
@@ -265,5 +266,5 @@ def test_wrong_arrays_are_refused() -> None:
     with pytest.raises(ValueError, match=r"Z has shape \(3,\)"):
         NARROW.update(np.zeros((2, 2)), np.zeros(3))
     for width in (0.0, -1.0, np.nan, "h"):
-        with pytest.raises(ValueError, match="^width = "):
+        with pytest.raises(ValueError, match=r"^width = "):
             CrackPlane(NARROW.concrete, width)  # type: ignore[arg-type]

@@ -249,10 +249,10 @@ def test_a_users_mesh_that_does_not_work_is_named(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match="there is no such file"):
         read_mesh(tmp_path / "none.msh", "fault")
     (tmp_path / "text.msh").write_text("nothing")
-    with pytest.raises(MeshError, match="cannot read it|not a mesh"):
+    with pytest.raises(MeshError, match=r"cannot read it|not a mesh"):
         read_mesh(tmp_path / "text.msh", "fault")
     (tmp_path / "text.doc").write_text("nothing")
-    with pytest.raises(MeshError, match="cannot read it|not a mesh"):
+    with pytest.raises(MeshError, match=r"cannot read it|not a mesh"):
         read_mesh(tmp_path / "text.doc", "fault")
     plate = grid()
     solid = np.column_stack([plate.points, plate.points[:, 0]])
