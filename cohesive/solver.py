@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
@@ -103,6 +104,7 @@ class State:
     load: float
     jump: Array
     traction: Array
+    contact: Array  # the part of the traction that contact carries
     Z: Array
     work: float = 0.0
     elastic: float = 0.0
@@ -118,6 +120,48 @@ class Trial:
     state: State
     iterations: int
     residuals: list[float] = field(repr=False)  # relative to the force scale, one for each iterate
+
+
+@dataclass(frozen=True)
+class _Iterate:
+    """A guess within a step: residual (N), its scale, and the control's gap over its reach, with derivatives."""
+
+    v: Array
+    load: float
+    jump: Array
+    traction: Array
+    tangent: Array
+    Z: Array
+    residual: Array
+    scale: float
+    gap: float
+    row: Array
+    corner: float
+
+    def merit(self, scale: float) -> float:
+        """What the line search lowers."""
+        return float(np.hypot(np.linalg.norm(self.residual) / scale, self.gap))
+
+
+def _search(at: Callable[[Array, float], _Iterate], now: _Iterate, step: Array) -> tuple[_Iterate, float]:
+    """Line search along a Newton step: the new iterate and the step length, in (0, 1], by quadratic interpolation.
+
+    The length is 1 where none lowers the residual. At a corner of the law it may have to rise: a point that is
+    about to be damaged passes from its stiffest to a falling branch, and only the tangent beyond the corner
+    knows the way on.
+    """
+    merit, size = now.merit(now.scale), 1.0
+    full = at(now.v + step[:-1], now.load + float(step[-1]))
+    new = full
+    while True:
+        value = new.merit(now.scale)
+        if value < (1.0 - DECREASE * size) * merit:
+            return new, size
+        curvature = (value**2 - merit**2 * (1.0 - 2.0 * size)) / size**2
+        size *= float(np.clip(merit**2 / curvature / size, 0.1, 0.5)) if np.isfinite(curvature) else 0.1
+        if size < SMALLEST_LENGTH:
+            return full, 1.0
+        new = at(now.v + size * step[:-1], now.load + size * float(step[-1]))
 
 
 @dataclass(frozen=True)
@@ -150,7 +194,7 @@ class Problem:
         """The unloaded, undamaged state."""
         p = len(self.points.weights)
         zeros = np.zeros((p, 2))
-        return State(np.zeros(self.points.size), 0.0, zeros, zeros, np.full(p, self.law.Zt))
+        return State(np.zeros(self.points.size), 0.0, zeros, zeros, zeros, np.full(p, self.law.Zt))
 
     def measure(self, control: str, state: State) -> float:
         """Value of a controlled quantity."""
@@ -177,68 +221,46 @@ class Problem:
         NotConverged
             With the iteration count, the residual and the worst point.
         """
-        v, load = start.v.copy(), start.load
-        drive = np.zeros_like(v)
+        drive = np.zeros_like(start.v)
         drive[self.drive] = 1.0
         reach = max(abs(target - self.measure(control, start)), 1e-300)
+
+        def at(v: Array, load: float, frozen: bool = False) -> _Iterate:
+            jump = self.points.jump(v)
+            traction, tangent, Z = self.law.update(jump, start.Z, frozen)
+            crack = self.points.force(traction)
+            residual = self.stiffness.apply(v) + crack - load * drive
+            scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * self.full_strength)
+            gap, row, corner = self._control(control, target, start, v, load, jump, Z)
+            return _Iterate(v, load, jump, traction, tangent, Z, residual, scale, gap / reach, row, corner)
+
+        now = at(start.v, start.load, frozen=reversal)
         residuals: list[float] = []
         correction = np.inf
         for iteration in range(MAX_ITERATIONS + 1):
-            jump = self.points.jump(v)
-            traction, tangent, Z = self.law.update(jump, start.Z, frozen=reversal and iteration == 0)
-            linear, crack = self.stiffness.apply(v), self.points.force(traction)
-            residual = linear + crack - load * drive
-            scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * self.full_strength)
-            rounding = 4 * np.finfo(float).eps * self.stiffness.scale * float(abs(v).max())
-            gap, row, corner = self._control(control, target, start, v, load, jump, Z)
-            error = float(np.linalg.norm(residual))
-            residuals.append(error / scale)
+            error = float(np.linalg.norm(now.residual))
+            residuals.append(error / now.scale)
             if not np.isfinite(error):
                 raise NotConverged(f"the residual is not finite after {iteration} iterations")
-            if error <= max(self.tol * scale, rounding) and abs(gap) <= self.tol * reach and correction <= self.tol:
-                return Trial(self._state(start, v, load, jump, traction, Z), iteration, residuals)
+            rounding = 4 * np.finfo(float).eps * self.stiffness.scale * float(abs(now.v).max())
+            balanced = error <= max(self.tol * now.scale, rounding)
+            if balanced and abs(now.gap) <= self.tol and correction <= self.tol:
+                return Trial(self._state(start, now), iteration, residuals)
             if iteration == MAX_ITERATIONS:
                 break
-            step = self.stiffness.solve(self.points.stiffness(tangent), drive, row, corner, -residual, -gap)
+            entries = self.points.stiffness(now.tangent)
+            step = self.stiffness.solve(entries, drive, now.row, now.corner, -now.residual, -now.gap * reach)
             if not np.isfinite(step).all():
                 raise NotConverged("the tangent stiffness is singular")
-            dv, dload = step[:-1], float(step[-1])
-            size = 1.0
-            if iteration:  # the first one moves to the target, whatever the residual says
-                merit = np.hypot(error / scale, gap / reach)
-                size = self._line_search(start, v, load, dv, dload, drive, linear, scale, merit, control, target, reach)
-            v = v + size * dv
-            load += size * dload
-            correction = float(abs(size * dv).max()) / max(float(abs(v).max()), self.law.Zt * 1e-3)
-        worst = int(np.argmax(abs(self.points.weights * np.linalg.norm(traction - start.traction, axis=1))))
+            # the first step moves to the target, whatever the residual says
+            now, size = _search(at, now, step) if iteration else (at(now.v + step[:-1], now.load + step[-1]), 1.0)
+            correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), self.law.Zt * 1e-3)
+        worst = int(np.argmax(abs(self.points.weights * np.linalg.norm(now.traction - start.traction, axis=1))))
         raise NotConverged(
-            f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, tolerance {self.tol:.0e}; "
-            f"the point that changed most is number {worst}, jump ({jump[worst, 0]:.3g}, {jump[worst, 1]:.3g}) mm"
+            f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, "
+            f"tolerance {self.tol:.0e}; the point that changed most is number {worst}, "
+            f"jump ({now.jump[worst, 0]:.3g}, {now.jump[worst, 1]:.3g}) mm"
         )
-
-    def _line_search(
-        self, start: State, v: Array, load: float, dv: Array, dload: float, drive: Array, linear: Array,
-        scale: float, merit: float, control: str, target: float, reach: float,
-    ) -> float:  # fmt: skip
-        """Step length in (0, 1] that lowers the residual enough, by quadratic interpolation; 1 where none is found.
-
-        At a corner of the law the residual may have to rise: a point that is about to be damaged passes from its
-        stiffest to a falling branch, and only the tangent beyond the corner knows the way on.
-        """
-        linear_change = self.stiffness.apply(dv)
-        size = 1.0
-        while size > SMALLEST_LENGTH:
-            w = v + size * dv
-            jump = self.points.jump(w)
-            traction, Z = self.law.traction(jump, start.Z)
-            force = linear + size * linear_change + self.points.force(traction) - (load + size * dload) * drive
-            gap = self._control(control, target, start, w, load + size * dload, jump, Z)[0]
-            new = float(np.hypot(np.linalg.norm(force) / scale, gap / reach))
-            if new < (1.0 - DECREASE * size) * merit:
-                return size
-            curvature = (new**2 - merit**2 * (1.0 - 2.0 * size)) / size**2
-            size *= float(np.clip(merit**2 / curvature / size, 0.1, 0.5)) if np.isfinite(curvature) else 0.1
-        return 1.0
 
     def _control(
         self, control: str, target: float, start: State, v: Array, load: float, jump: Array, Z: Array
@@ -257,18 +279,19 @@ class Problem:
         row = self.measures[control]
         return float(row @ v) - target, row, 0.0
 
-    def _state(self, start: State, v: Array, load: float, jump: Array, traction: Array, Z: Array) -> State:
+    def _state(self, start: State, now: _Iterate) -> State:
         """The new state; every energy is integrated on its own."""
         weights, law = self.points.weights, self.law
-        dissipated, _ = law.dissipation(start.jump, start.Z, jump, Z)
-        contact = law.contact_traction(start.jump, start.Z) + law.contact_traction(jump, Z)
+        dissipated, _ = law.dissipation(start.jump, start.Z, now.jump, now.Z)
+        contact = law.contact_traction(now.jump, now.Z)
+        contact_work = np.einsum("ij,ij->i", start.contact + contact, now.jump - start.jump)
         return State(
-            v, load, jump, traction, Z,
-            work=start.work + 0.5 * (start.load + load) * float(v[self.drive] - start.v[self.drive]),
-            elastic=0.5 * float(v @ self.stiffness.apply(v)),
-            stored=float(weights @ law.stored_energy(jump, Z)),
+            now.v, now.load, now.jump, now.traction, contact, now.Z,
+            work=start.work + 0.5 * (start.load + now.load) * float(now.v[self.drive] - start.v[self.drive]),
+            elastic=0.5 * float(now.v @ self.stiffness.apply(now.v)),
+            stored=float(weights @ law.stored_energy(now.jump, now.Z)),
             dissipated=start.dissipated + float(weights @ dissipated),
-            contact_work=start.contact_work + 0.5 * float(weights @ np.einsum("ij,ij->i", contact, jump - start.jump)),
+            contact_work=start.contact_work + 0.5 * float(weights @ contact_work),
         )  # fmt: skip
 
     def advance_to_onset(self, start: State) -> Trial:
@@ -306,11 +329,13 @@ class Problem:
             low, high = (low, middle) if is_damaged(middle) else (middle, high)
         v, load = start.v + high * rate, start.load + high
         jump = self.points.jump(v)
-        traction, Z = self.law.traction(jump, start.Z)
-        error = np.linalg.norm(self.stiffness.apply(v) + self.points.force(traction) - load * drive) / abs(load)
+        traction, tangent, Z = self.law.update(jump, start.Z)
+        residual = self.stiffness.apply(v) + self.points.force(traction) - load * drive
+        error = float(np.linalg.norm(residual)) / abs(load)
         if error > self.tol:
             raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
-        return Trial(self._state(start, v, load, jump, traction, Z), 1, [float(error)])
+        now = _Iterate(v, load, jump, traction, tangent, Z, residual, abs(load), 0.0, nothing, 0.0)
+        return Trial(self._state(start, now), 1, [error])
 
     def is_held(self) -> bool:
         """Whether the elastic body has a stiffness against every motion: a known motion is found from its forces."""

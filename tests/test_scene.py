@@ -84,7 +84,7 @@ WRONG = {
     "sizes": (changed(mesh__far_size=0.5), r"mesh.far_size = 0.5: expected at least crack_size"),
     "crack is a word": (changed(specimen__crack="up"), r"specimen.crack = 'up': expected a list of points"),
     "crack with nan": (changed(specimen__crack=[[0.0, 25.0], [0.0, float("nan")]]), r"specimen.crack = .*expected a list"),
-    "half of an eccentric beam": (changed(model={"half": True}, specimen__notch_position=5.0), r"model.half = true: .*not sym"),
+    "half of an eccentric beam": (changed(model={"half": True}, specimen__notch_position=5.0), r"model.half = true: .*not sy"),
     # files
     "no reference": (changed(reference__file="none.csv"), r"reference.file = 'none.csv': there is no file"),
     "mesh table with a mesh file": (
