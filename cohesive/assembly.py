@@ -40,7 +40,7 @@ class Unknowns:
     ----------
     transform : (2 m, n) sparse matrix
     drive : number of the unknown that is the driven motion.
-    node : (n,) array, the node (before splitting) of each unknown; for the drive, any of its nodes.
+    node : (n,) array, the leading node of each unknown; for the drive, any of its nodes.
     """
 
     transform: sp.csr_array
@@ -48,12 +48,13 @@ class Unknowns:
     node: Index
 
     @classmethod
-    def build(cls, original: Index, supports: Sequence[Tie], drive: Tie, mirror: Tie | None = None) -> Unknowns:
+    def build(cls, leader: Index, supports: Sequence[Tie], drive: Tie, mirror: Tie | None = None) -> Unknowns:
         """Number the unknowns of a split mesh.
 
         Parameters
         ----------
-        original : (m,) array, the node each node copies; a node that is no copy names itself.
+        leader : (m,) array, for the copies of a node on the crack path the one of them that names the group, for
+            every other node itself.
         supports, drive : Tie
         mirror : normal of a plane of symmetry, at nodes whose copy stands for the mirror image. They open along
             the normal and move along the plane, nothing else.
@@ -63,17 +64,18 @@ class Unknowns:
         ValueError
             If ties contradict each other at a node, or a tie has no nodes.
         """
-        m, n0 = len(original), int(original.max()) + 1
-        frame = np.broadcast_to(np.eye(2), (n0, 2, 2)).copy()
-        framed = np.zeros(n0, dtype=bool)
-        mean, held = np.full((n0, 2), _FREE), np.zeros((n0, 2), dtype=bool)
-        sign = np.ones((n0, 2))
+        m = len(leader)
+        extra = np.flatnonzero(leader != np.arange(m))
+        frame = np.broadcast_to(np.eye(2), (m, 2, 2)).copy()
+        framed = np.zeros(m, dtype=bool)
+        mean, held = np.full((m, 2), _FREE), np.zeros((m, 2), dtype=bool)
+        sign = np.ones((m, 2))
         if mirror is not None:
-            at, (x, y) = np.unique(original[mirror.nodes]), mirror.direction
+            at, (x, y) = np.unique(leader[mirror.nodes]), mirror.direction
             frame[at], framed[at] = np.array([[x, y], [-y, x]]), True
             mean[at, 0], held[at, 1] = _FIXED, True
         for tie, state in [*((support, _FIXED) for support in supports), (drive, _DRIVEN)]:
-            at = np.unique(original[tie.nodes])
+            at = np.unique(leader[tie.nodes])
             if not len(at):
                 raise ValueError(f"{tie.name}: expected at least one node, got none")
             d = np.asarray(tie.direction)
@@ -90,39 +92,39 @@ class Unknowns:
             sign[at, component] = tie.factor * along[np.arange(len(at)), component]
             held[at, component] |= len(at) > 1 or state == _FIXED
 
-        extra = np.arange(n0, m)
+        mean[extra] = _FIXED  # their mean is their leader's
         mean_free = mean == _FREE
-        jump_free = ~held[original[extra]]
+        jump_free = ~held[leader[extra]]
         n_mean, n_jump = int(mean_free.sum()), int(jump_free.sum())
-        number = np.full((n0, 2), -1)
+        number = np.full((m, 2), -1)
         number[mean_free] = np.arange(n_mean)
         number[mean == _DRIVEN] = n_mean + n_jump
         jump_number = np.full((len(extra), 2), -1)
         jump_number[jump_free] = n_mean + np.arange(n_jump)
 
         # copies of one node: u_i = mean + jump_i - (sum of the jumps) / copies, the first one without jump
-        belongs = sp.csr_array((np.ones(m), (np.arange(m), original)), shape=(m, n0))
-        copies = np.bincount(original, minlength=n0)
-        share = belongs @ sp.diags_array(-1.0 / copies) @ belongs[extra].T
+        belongs = sp.csr_array((np.ones(m), (np.arange(m), leader)), shape=(m, m))
+        copies = np.bincount(leader, minlength=m)
+        share = belongs @ sp.diags_array(-1.0 / np.maximum(copies, 1)) @ belongs[extra].T
         share = (share + sp.csr_array((np.ones(len(extra)), (extra, np.arange(len(extra)))), shape=share.shape)).tocoo()
 
         rows, columns, values = [], [], []
         for component in (0, 1):
             for nodes, number_of, weight in (
-                (np.arange(m), number[original, component], sign[original, component]),
+                (np.arange(m), number[leader, component], sign[leader, component]),
                 (share.row, jump_number[share.col, component], share.data),
             ):
                 use = number_of >= 0
                 for axis in (0, 1):
                     rows.append(2 * nodes[use] + axis)
                     columns.append(number_of[use])
-                    values.append(weight[use] * frame[original[nodes[use]], component, axis])
+                    values.append(weight[use] * frame[leader[nodes[use]], component, axis])
         transform = sp.csr_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
             shape=(2 * m, n_mean + n_jump + 1),
         )
         transform.eliminate_zeros()
-        node = np.concatenate([np.nonzero(mean_free)[0], original[extra[np.nonzero(jump_free)[0]]], original[drive.nodes[:1]]])
+        node = np.concatenate([np.nonzero(mean_free)[0], leader[extra[np.nonzero(jump_free)[0]]], leader[drive.nodes[:1]]])
         return cls(transform, n_mean + n_jump, node)
 
 

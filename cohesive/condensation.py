@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -17,7 +18,7 @@ Index = NDArray[np.int64]
 _LEAF = 8
 
 
-def nested_dissection(points: Array, cells: Sequence[Index]) -> Index:
+def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Index:
     """Elimination order of the nodes of a mesh, from the coordinates alone.
 
     Every part of the mesh is halved at the median of its element centres along its longer side; the nodes
@@ -27,6 +28,7 @@ def nested_dissection(points: Array, cells: Sequence[Index]) -> Index:
     ----------
     points : (m, 2) array
     cells : arrays (n, nodes per element), one for each block.
+    last : nodes that come after all others. Where they cut the mesh in two, these are the first two halves.
 
     Returns
     -------
@@ -37,14 +39,20 @@ def nested_dissection(points: Array, cells: Sequence[Index]) -> Index:
     node = np.concatenate([block.ravel() for block in cells])
     element = np.repeat(np.arange(len(centres)), np.concatenate([np.full(len(b), b.shape[1]) for b in cells]))
     by_node = np.argsort(node, kind="stable")
+    by_node = by_node[~np.isin(node[by_node], last)]
     node, element = node[by_node], element[by_node]
 
-    part = np.zeros(len(centres), dtype=np.int64)
-    levels = max(0, int(np.ceil(np.log2(len(centres) / _LEAF))))
+    levels = max(1, int(np.ceil(np.log2(len(centres) / _LEAF))))
     depth = np.zeros(m, dtype=np.int64)  # of the part that a separator divides, the whole being `levels`
     end = np.zeros(m, dtype=np.int64)  # where that part ends, counted in leaves
-    grouped = np.arange(len(centres))  # the elements, part by part
-    for level in range(levels):
+    depth[last], end[last] = levels + 1, 1 << levels
+    links = sp.coo_array((np.ones(len(node)), (element, len(centres) + node)), shape=(len(centres) + m,) * 2)
+    part = connected_components(links, directed=False)[1][: len(centres)].astype(np.int64)
+    top = 1 if part.max() == 1 else 0
+    if not top:
+        part[:] = 0
+    grouped = np.argsort(part, kind="stable")  # the elements, part by part
+    for level in range(top, levels):
         count = np.bincount(part, minlength=1 << level)
         start = np.concatenate([[0], np.cumsum(count)[:-1]])
         at, of = centres[grouped], part[grouped]

@@ -109,9 +109,11 @@ def build(scene: Scene) -> Model:
     blocks = [ElasticBlock(block.type, points, block.data, D, thickness) for block in bulk]
     interface = Interface.from_cells(crack.type, points, crack.data, thickness, scene.interface.quadrature)
     original: Index = mesh.point_data["original"]
+    on_crack = np.isin(original, original[crack.data])
+    leader = np.where(on_crack, original, np.arange(len(original)))
     supports, drive, mirror = ties(scene, mesh)
     try:
-        unknowns = Unknowns.build(original, supports, drive, mirror)
+        unknowns = Unknowns.build(leader, supports, drive, mirror)
         K = bulk_stiffness(blocks, len(points), unknowns.transform)
         if scene.model.half:
             K *= 2.0  # load and energies are those of the whole
@@ -140,7 +142,7 @@ def build(scene: Scene) -> Model:
     stiffness: Stiffness
     if reduction == "condensed":
         try:
-            order = nested_dissection(points[: int(original.max()) + 1], [original[block.data] for block in bulk])
+            order = nested_dissection(points, [leader[block.data] for block in bulk], np.flatnonzero(on_crack))
             condensed = Condensed.eliminate(K, active, unknowns.node, order)
         except ValueError as error:
             raise SceneError(f"specimen: {error}") from None
