@@ -68,7 +68,7 @@ def load_gmsh() -> ModuleType:
     except OSError as error:
         raise MeshError(
             f"gmsh needs system libraries that are missing here ({error}); on Debian or Ubuntu: "
-            "apt-get install -y libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
+            "apt-get install -y libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
         ) from None
     module: ModuleType = gmsh
     return module
