@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -80,10 +80,6 @@ class Step:
     value: float
 
 
-class SteppedTooShort(NotConverged):
-    """The smallest step failed."""
-
-
 @dataclass
 class March:
     """Takes a problem through its stages, one converged step at a time.
@@ -97,6 +93,8 @@ class March:
     stages: list[Stage]
     record: Callable[[State], dict[str, float]]
     ending: str = ""
+    _peak: float = field(default=1e-300, init=False)  # largest load so far
+    _reached: bool = field(default=False, init=False)  # whether the stage's `until` has been reached
 
     def __iter__(self) -> Iterator[Step]:
         state = self.problem.initial()
@@ -106,6 +104,7 @@ class March:
                 for step, direction in self._leg(state, stage, number, float(target), last):
                     state = step.trial.state
                     last = (stage.control, direction)
+                    self._peak = max(self._peak, abs(state.load))
                     yield step
                     if self.problem.is_separated(state):
                         self.ending = "the crack has run through: no traction is left"
@@ -125,7 +124,6 @@ class March:
         reversal = last[0] == control and last[1] * direction < 0
         reversal |= control == "load" and state.load * direction < 0
         size = nominal * (REVERSAL_STEP if reversal and stage.steps * REVERSAL_STEP >= 1.0 else 1.0)
-        peak = max(abs(state.load), 1e-300)
         value, cuts = start, 0
         while nominal and abs(target - value) > 1e-9 * nominal:
             left = abs(target - value)
@@ -136,20 +134,19 @@ class March:
                 cuts += 1
                 size *= 0.5
                 if size < SMALLEST_STEP * nominal:
-                    raise SteppedTooShort(
+                    raise NotConverged(
                         f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
                         f"{size:.1e}: {error}. Smaller steps, another control or a coarser tolerance may help"
                     ) from None
                 continue
             reached = False
             if stage.until is not None:
-                fraction, reached = self._watch(stage.until, state, trial.state, peak)
+                fraction, reached = self._watch(stage.until, state, trial.state)
                 if not reached and fraction < 1.0:
                     size *= fraction
                     continue
             yield Step(trial, cuts, control, problem.measure(control, trial.state)), direction
             state, reversal, cuts = trial.state, False, 0
-            peak = max(peak, abs(state.load))
             value = problem.measure(control, state)
             if reached:
                 self._reached = True
@@ -165,11 +162,11 @@ class March:
                 return self.problem.advance_to_onset(state)
         return self.problem.advance(state, control, value, reversal)
 
-    def _watch(self, until: dict[str, float], before: State, after: State, peak: float) -> tuple[float, bool]:
+    def _watch(self, until: dict[str, float], before: State, after: State) -> tuple[float, bool]:
         """Fraction of the step at which the quantity passes its value (1: not in it), and whether that is located."""
         ((name, value),) = until.items()
         if name == "load_ratio":
-            old, new = abs(before.load) / peak, abs(after.load) / max(peak, abs(after.load))
+            old, new = abs(before.load) / self._peak, abs(after.load) / max(self._peak, abs(after.load))
         else:
             old, new = self.record(before)[name], self.record(after)[name]
         if old == value or (old - value) * (new - value) > 0 or (name == "load_ratio" and new > value):
