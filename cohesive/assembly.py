@@ -152,16 +152,18 @@ class CrackPoints:
     index : (p, k) array, unknowns; a point that sees fewer than k repeats one, with zero in `matrix`.
     matrix : (p, 2, k) array, jump = matrix @ v[index].
     weights : (p,) array, mm^2.
+    where : (p, 2) array, mm, for messages.
     size : number of unknowns.
     """
 
     index: Index
     matrix: Array
     weights: Array
+    where: Array
     size: int
 
     @classmethod
-    def build(cls, jump_operator: sp.csr_array, weights: Array) -> CrackPoints:
+    def build(cls, jump_operator: sp.csr_array, weights: Array, where: Array) -> CrackPoints:
         """From the (2 p, n) matrix that gives the jumps."""
         entries = jump_operator.tocoo()
         p, n = len(weights), jump_operator.shape[1]
@@ -173,7 +175,7 @@ class CrackPoints:
         index[point, place] = column
         matrix = np.zeros((p, 2, k))
         matrix[entries.row // 2, entries.row % 2, place[inverse]] = entries.data
-        return cls(index, matrix, weights, n)
+        return cls(index, matrix, weights, where, n)
 
     def jump(self, v: Array) -> Array:
         """Local jumps, (p, 2)."""

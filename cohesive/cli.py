@@ -91,7 +91,7 @@ def _run(options: argparse.Namespace) -> int:
     print(result.summary())
     print(f"files: {folder}/  (curve.png, deformed.png, history.csv, frames.pvd, run.json, scene.toml)")
     if status:
-        print(f"cohesive: {result.ending}; everything up to there is in {folder}/", file=sys.stderr)
+        print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
     return status
 
 

@@ -98,6 +98,8 @@ def gauge(scene: Scene, mesh: meshio.Mesh, interface: Interface) -> dict[str, Ar
         for nodes, sign in sides:
             for axis in (0, 1):
                 np.add.at(row, 2 * nodes + axis, sign * direction[axis] / len(nodes))
+        if name == "opening" and not row.any():
+            raise SceneError("specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places")
         measures[name] = row
     return measures
 

@@ -34,7 +34,8 @@ class Stage:
     ----------
     control : "opening" | "sliding" (the scene's gauge, mm), "load" (N), "driven" (mm), "dissipation" (N mm in all).
     to : target, or a list of targets that are visited in turn.
-    steps : number of equal steps to each target; a step that fails is cut, the next ones grow back.
+    steps : number of equal steps to each target; a step that fails is cut, the next ones grow back. The first step
+        after a reversal is a quarter of the others.
     until : {quantity = value}: end the stage where a recorded quantity passes a value, located within 0.1 %.
         Quantities: the columns of the history, and "load_ratio", the load over the largest one so far.
     """
@@ -50,7 +51,7 @@ class Stage:
         if self.steps < 1:
             raise ValueError(f"steps = {self.steps!r}: expected a whole number of at least 1")
         if not self.targets or not all(_is_number(target) for target in self.targets):
-            raise ValueError(f"to = {self.to!r}: expected a number or a list of numbers")
+            raise ValueError(f"to = {self.to!r}: expected a finite number or a list of them")
         if self.control == "dissipation" and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
             raise ValueError(f"to = {self.to!r}: expected growing numbers above 0, dissipation cannot fall")
         if self.until is not None:
@@ -86,46 +87,48 @@ class March:
 
     Attributes
     ----------
-    ending : why the march ended, once it has: "" at the end of the stages.
+    notes : what the reader of the results should know about how the stages ended.
     """
 
     problem: Problem
     stages: list[Stage]
     record: Callable[[State], dict[str, float]]
-    ending: str = ""
+    notes: list[str] = field(default_factory=list)
     _peak: float = field(default=1e-300, init=False)  # largest load so far
     _reached: bool = field(default=False, init=False)  # whether the stage's `until` has been reached
 
     def __iter__(self) -> Iterator[Step]:
         state = self.problem.initial()
-        last: tuple[str, float] = ("", 0.0)  # control and direction of the last step
+        before = state
         for number, stage in enumerate(self.stages):
+            self._reached = False
             for target in stage.targets:
-                for step, direction in self._leg(state, stage, number, float(target), last):
-                    state = step.trial.state
-                    last = (stage.control, direction)
+                for step in self._leg(before, state, stage, number, float(target)):
+                    before, state = state, step.trial.state
                     self._peak = max(self._peak, abs(state.load))
                     yield step
                     if self.problem.is_separated(state):
-                        self.ending = "the crack has run through: no traction is left"
+                        self.notes.append("ended early: the crack has run through, no traction is left")
                         return
                 if self._reached:
                     break
+            if stage.until is not None:
+                ((name, value),) = stage.until.items()
+                reached = "ended where" if self._reached else "reached its last target before"
+                self.notes.append(f"stage {number + 1} {reached} {name} = {value:g}")
 
-    def _leg(
-        self, state: State, stage: Stage, number: int, target: float, last: tuple[str, float]
-    ) -> Iterator[tuple[Step, float]]:
-        """Steps of a stage towards one target."""
+    def _leg(self, before: State, state: State, stage: Stage, number: int, target: float) -> Iterator[Step]:
+        """Steps of a stage towards one target; `before` is the state before the last step."""
         problem, control = self.problem, stage.control
-        self._reached = False
         start = problem.measure(control, state)
         nominal = abs(target - start) / stage.steps
         direction = float(np.sign(target - start))
-        reversal = last[0] == control and last[1] * direction < 0
+        reversal = direction * (start - problem.measure(control, before)) < 0
         reversal |= control == "load" and state.load * direction < 0
         size = nominal * (REVERSAL_STEP if reversal and stage.steps * REVERSAL_STEP >= 1.0 else 1.0)
         value, cuts = start, 0
-        while nominal and abs(target - value) > 1e-9 * nominal:
+        # a converged step may miss its target by the tolerance, and dissipation must not be driven back
+        while direction * (target - value) > max(1e-9, 2.0 * problem.tol) * nominal:
             left = abs(target - value)
             size = left if left < 1.001 * size else size
             try:
@@ -136,7 +139,8 @@ class March:
                 if size < SMALLEST_STEP * nominal:
                     raise NotConverged(
                         f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
-                        f"{size:.1e}: {error}. Smaller steps, another control or a coarser tolerance may help"
+                        f"{size:.1e}: {error}. Where a part of the crack snaps through, another control (dissipation, sliding) or "
+                        "another mesh.crack_size helps; smaller steps do not"
                     ) from None
                 continue
             reached = False
@@ -145,7 +149,7 @@ class March:
                 if not reached and fraction < 1.0:
                     size *= fraction
                     continue
-            yield Step(trial, cuts, control, problem.measure(control, trial.state)), direction
+            yield Step(trial, cuts, control, problem.measure(control, trial.state))
             state, reversal, cuts = trial.state, False, 0
             value = problem.measure(control, state)
             if reached:

@@ -155,7 +155,7 @@ class Result:
     scene : Scene
     model : Model, with mesh and integration points
     history : dict of 1-D arrays, one row for each converged step
-    ending : why the run ended before its stages did, else ""
+    notes : list of remarks on how the stages ended
     reference : Reference or None
     timings : seconds: mesh, assemble, condense, newton and, after `save`, output
     """
@@ -166,18 +166,18 @@ class Result:
         model: Model,
         rows: list[dict[str, float]],
         states: list[State],
-        ending: str,
+        notes: list[str],
         reference: Reference | None,
     ) -> None:
-        self.scene, self.model, self.ending, self.reference = scene, model, ending, reference
+        self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
         self.history: dict[str, Array] = {name: np.array([row[name] for row in rows]) for name in COLUMNS}
         self.timings = model.timings
         self._states = states
 
     @property
     def peak_load(self) -> float:
-        """Largest load, N."""
-        return float(self.history["load"].max(initial=0.0))
+        """Largest load, N (negative where all loads are)."""
+        return float(self.history["load"][self._peak]) if len(self._states) else 0.0
 
     @property
     def opening_at_peak(self) -> float:
@@ -221,12 +221,12 @@ class Result:
 
     @property
     def energy_error(self) -> float:
-        """External work less the energies, each integrated on its own, over the largest work."""
+        """Largest difference between external work and energies, each integrated on its own, over the largest work."""
         h = self.history
         if not len(self._states):
             return 0.0
         error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
-        return float(abs(error[-1]) / max(abs(h["work"]).max(), 1e-300))
+        return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
 
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, as a part of it.
@@ -299,21 +299,27 @@ class Result:
 
         h, problem = self.history, self.problem
         lines = [self.scene.title, *describe(self.scene, self.model)]
-        if self.ending:
-            lines.append(f"ended early: {self.ending}")
+        lines += self.notes
         if not len(self._states):
             return "\n".join([*lines, "no step converged"])
         left = 1.0 - h["dissipated"][-1] / self.full_energy
-        last = h["load"][-1] / max(self.peak_load, 1e-300)
+        rest = f"{100 * left:.1f} % is left" if left >= 0 else "sliding takes more, and contact returns some of it"
+        last = h["load"][-1] / max(abs(h["load"]).max(), 1e-300)
+        peak = ""
+        if self.peak_load <= 0:
+            peak = f", none is positive, the smallest is {h['load'].min():.5g} N: check the drive and the order of the gauge points"
+        elif len(h["load"]) > 1 and self._peak in (0, len(h["load"]) - 1):
+            peak = f", the {'last' if self._peak else 'first'} step: the true peak may lie outside"
         energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}
         timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.timings.items())
         lines += [
-            f"peak load: {self.peak_load:.5g} N at opening {self.opening_at_peak:.4g} mm",
+            f"peak load: {self.peak_load:.5g} N at opening {self.opening_at_peak:.4g} mm{peak}",
             f"dissipated: {h['dissipated'][-1]:.5g} N mm of {self.full_energy:.5g} N mm = (Gf + ft^2 w / 2E) x crack area; "
-            f"{100 * left:.1f} % is left; the last load is {100 * last:.1f} % of the peak",
+            f"{rest}; the last load is {100 * last:.1f} % of the largest",
             f"energy balance: work {h['work'][-1]:.5g} = "
             + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
-            + f" N mm, error {self.energy_error:.1e} of the work",
+            + f" N mm, error {self.energy_error:.1e} of the work"
+            + (": smaller steps will close it" if self.energy_error > 1e-2 else ""),
             f"elastic compliance of {'the opening' if self._gauge_is_elastic else 'the driven motion'}: "
             f"+{100 * self.added_compliance():.2f} % from the interface width of {problem.law.width:.3g} mm",
             f"steps: {len(self._states)}, iterations: {self.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
@@ -348,6 +354,8 @@ class Result:
         if len(self._states):
             write_file(folder / "curve.png", lambda path: plots.save_curve(self, path))
             write_file(folder / "deformed.png", lambda path: plots.save_deformed(self, path))
+        for old in folder.glob("frame_*.vtu"):  # of an earlier run into the same folder
+            old.unlink()
         collection = []
         for row in self.frame_rows():
             frame = self.frame(row)
@@ -382,7 +390,7 @@ class Result:
         packages = ("cohesive-cracks", "numpy", "scipy", "gmsh", "meshio", "matplotlib")
         return {
             "scene": self.scene.data,
-            "ending": self.ending,
+            "notes": self.notes,
             "peak_load": self.peak_load,
             "opening_at_peak": self.opening_at_peak,
             "dissipated_energy": self.dissipated_energy,

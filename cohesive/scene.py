@@ -15,6 +15,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack
 from meshing.specimens import polylines
 
@@ -221,7 +223,9 @@ class Scene:
     """
 
     def __init__(self, data: Mapping[str, Any], folder: str | Path = ".") -> None:
-        self.data: dict[str, Any] = copy.deepcopy(dict(data))
+        if not isinstance(data, Mapping):
+            raise SceneError(f"Scene({data!r}): expected a dict with the tables of a scene; Scene.load(name) reads files")
+        self.data: dict[str, Any] = _plain(data)
         self.folder = Path(folder)
         _known("", self.data, _TABLES)
         self.title = self.data.get("title", "untitled")
@@ -270,6 +274,10 @@ class Scene:
         SceneError
             If there is no such file or name, or the file is not TOML.
         """
+        if not isinstance(source, (str, Path)):
+            raise SceneError(
+                f"Scene.load({source!r}): expected a file or the name of a built-in scene; Scene(dict) takes a dict"
+            )
         path = Path(source)
         if not path.is_file() and path.suffix != ".toml":
             names = built_in()
@@ -323,6 +331,17 @@ _SCENES = resources.files("cohesive") / "scenes"
 def built_in() -> list[str]:
     """Names of the built-in scenes."""
     return sorted(entry.name[:-5] for entry in _SCENES.iterdir() if entry.name.endswith(".toml"))
+
+
+def _plain(value: Any) -> Any:
+    """A copy with the dicts, lists and numbers of TOML, out of NumPy's and other mappings and sequences."""
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    return value
 
 
 def dump_toml(data: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -98,7 +99,11 @@ def build(scene: Scene) -> Model:
     """
     timings: dict[str, float] = {}
     clock = time.perf_counter()
-    mesh = _mesh(scene)
+    try:
+        mesh = _mesh(scene)
+    except MeshError as error:  # name the key, where the message begins with one
+        named = re.match(r"\w+ = ", str(error))
+        raise MeshError(f"specimen{'.' if named else ': '}{error}") from None
     timings["mesh"] = time.perf_counter() - clock
 
     clock = time.perf_counter()
@@ -121,9 +126,11 @@ def build(scene: Scene) -> Model:
         raise MeshError(str(error)) from None
     except ValueError as error:
         raise SceneError(f"specimen.{error}") from None
+    crack_length = interface.area / thickness
     width = scene.interface.width
     if width is None:
-        width = default_width(interface.area / thickness, scene.material)
+        width = default_width(crack_length, scene.material)
+    _check_units(scene, crack_length, width)
     law = CrackPlane(scene.material, None if isinstance(width, str) else width)  # a string is "h"
     jump_operator = _clean(interface.jump_operator @ unknowns.transform)
     measures = {name: row @ unknowns.transform for name, row in gauge(scene, mesh, interface).items()}
@@ -163,7 +170,12 @@ def build(scene: Scene) -> Model:
 
     timings["condense"] = time.perf_counter() - clock
     problem = Problem(
-        law, CrackPoints.build(jump_operator, interface.weights), stiffness, drive_number, measures, scene.solver.tol
+        law,
+        CrackPoints.build(jump_operator, interface.weights, interface.points),
+        stiffness,
+        drive_number,
+        measures,
+        scene.solver.tol,
     )
     if not problem.is_held():
         raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
@@ -196,18 +208,21 @@ def run(
     NotConverged, KeyboardInterrupt
         With everything computed so far in the exception's `result`.
     """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"run(scene) got {scene!r}: expected a Scene, as from Scene.load(name)")
     if model is not None:
         scene = scene.with_(**{"model.kind": model})
     reference = load_reference(scene)
     built = build(scene)
+    _check_stages(scene, built.problem)
     march = March(built.problem, scene.stages, built.record)
     rows: list[dict[str, float]] = []
     states: list[State] = []
     clock = time.perf_counter()
 
-    def result(ending: str) -> Result:
+    def result() -> Result:
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, rows, states, ending, reference)
+        return Result(scene, built, rows, states, march.notes, reference)
 
     with HistoryWriter(output) as writer:
         try:
@@ -226,9 +241,10 @@ def run(
                 if on_step is not None:
                     on_step(step, row)
         except (NotConverged, KeyboardInterrupt) as error:
-            error.result = result(f"stopped: {str(error) or 'interrupted'}")  # type: ignore[union-attr]
+            march.notes.append(f"stopped: {str(error) or 'interrupted'}")
+            error.result = result()  # type: ignore[union-attr]
             raise
-    return result(march.ending)
+    return result()
 
 
 def _mesh(scene: Scene) -> meshio.Mesh:
@@ -236,6 +252,46 @@ def _mesh(scene: Scene) -> meshio.Mesh:
         return read_mesh(scene.file(scene.specimen.file), scene.specimen.crack)
     assert scene.sizes is not None
     return scene.specimen.mesh(scene.sizes, scene.model.half)
+
+
+def _check_units(scene: Scene, crack_length: float, width: float | str) -> None:
+    """Refuse numbers that belong to other units: their ratios are far from any concrete's."""
+    m = scene.material
+    if not 1e-6 < m.ft / m.E < 1e-2:
+        raise SceneError(
+            f"material.E = {m.E:g}, material.ft = {m.ft:g}: ft / E = {m.ft / m.E:.1e}; expected about 1e-4, both in the same unit"
+        )
+    if m.Zm > crack_length:
+        raise SceneError(
+            f"material.Gf = {m.Gf:g}: softening would end at an opening of {m.Zm:.3g} mm, more than the crack's length of "
+            f"{crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm"
+        )
+    if not isinstance(width, str) and not 1e-6 * crack_length <= width <= max(m.h, crack_length):
+        raise SceneError(
+            f"interface.width = {width:g}: expected a width between {1e-6 * crack_length:.1e} and {max(m.h, crack_length):g} mm"
+        )
+
+
+def _check_stages(scene: Scene, problem: Problem) -> None:
+    """Refuse targets that this body cannot reach."""
+    m, law = scene.material, problem.law
+    shear = max(1.0, m.r_sigma**2 * m.E / m.G)
+    available = shear * (m.Gf + m.ft**2 * law.width / (2 * m.E)) * float(problem.points.weights.sum())
+    for i, stage in enumerate(scene.stages):
+        if stage.control == "dissipation" and max(stage.targets) > available:
+            raise SceneError(
+                f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less"
+            )
+    first = scene.stages[0]
+    if first.targets[0] == 0:
+        raise SceneError("stage.0.to = 0: the run starts there; expected another first target")
+    if first.control in problem.measures:
+        elastic = problem.elastic_response()
+        row = problem.measures[first.control]
+        if abs(row @ elastic) < 1e-9 * abs(row).sum() * abs(elastic).max():
+            raise SceneError(
+                f"stage.0.control = '{first.control}': the drive does not change it in this body; expected another control"
+            )
 
 
 def _clean(operator: sp.csr_array) -> sp.csr_array:

@@ -256,10 +256,11 @@ class Problem:
             now, size = _search(at, now, step) if iteration else (at(now.v + step[:-1], now.load + step[-1]), 1.0)
             correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), self.law.Zt * 1e-3)
         worst = int(np.argmax(abs(self.points.weights * np.linalg.norm(now.traction - start.traction, axis=1))))
+        x, y = self.points.where[worst]
         raise NotConverged(
             f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, "
-            f"tolerance {self.tol:.0e}; the point that changed most is number {worst}, "
-            f"jump ({now.jump[worst, 0]:.3g}, {now.jump[worst, 1]:.3g}) mm"
+            f"tolerance {self.tol:.0e}; the point that changed most is "
+            f"at ({x:.4g}, {y:.4g}), jump ({now.jump[worst, 0]:.3g}, {now.jump[worst, 1]:.3g}) mm"
         )
 
     def _control(
@@ -337,6 +338,15 @@ class Problem:
         now = _Iterate(v, load, jump, traction, tangent, Z, residual, abs(load), 0.0, nothing, 0.0)
         return Trial(self._state(start, now), 1, [error])
 
+    def elastic_response(self) -> Array:
+        """Unknowns of the undamaged body under a load of 1 N."""
+        start = self.initial()
+        _, tangent, _ = self.law.update(start.jump, start.Z, frozen=True)
+        nothing = np.zeros(self.points.size)
+        unit = nothing.copy()
+        unit[self.drive] = 1.0
+        return self.stiffness.solve(self.points.stiffness(tangent), unit, nothing, 1.0, nothing, 1.0)[:-1]
+
     def is_held(self) -> bool:
         """Whether the elastic body has a stiffness against every motion: a known motion is found from its forces."""
         motion = np.random.default_rng(0).normal(size=self.points.size)
@@ -352,4 +362,6 @@ class Problem:
 
     def is_separated(self, state: State) -> bool:
         """Whether nothing is left of the crack's traction: the body is in pieces."""
-        return bool(abs(state.traction).max() < 1e-8 * self.law.concrete.ft) and bool((state.Z > self.law.Zt).all())
+        # beyond 3.5 Zm the softening branch is below 1e-7 ft: the traction cannot come back by opening
+        gone = abs(state.traction).max() < 1e-8 * self.law.concrete.ft
+        return bool(gone) and bool(state.Z.min() > 3.5 * self.law.concrete.Zm)

@@ -155,7 +155,9 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     if len(cut) < len(minus_row):
         row = minus_row[np.argmax(np.bincount(star.edge[minus_row])[star.edge[minus_row]])]
         x, y = mesh.points[star.nodes[row, :2], :2].mean(axis=0)
-        raise MeshError(f"two paths run along the same edge at ({x:g}, {y:g}): expected paths that at most cross")
+        raise MeshError(
+            f"the crack path runs along a notch or along itself at ({x:g}, {y:g}): expected paths that at most cross"
+        )
     cells, original = _split(star, cells, cut, len(mesh.points))
     # the same rows of the split cells name the copies on either side
     rows = _Star.of(cells).nodes

@@ -70,7 +70,7 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
         return insert_cracks(clean, edges_on_path(clean, "crack", crack))
     if crack not in sets:
         raise MeshError(f"crack = '{crack}': the file has no such set; it has {', '.join(sorted(sets)) or 'none'}")
-    return insert_cracks(clean, _set_edges(clean, lines.get(crack), clean.point_sets[crack], index))
+    return insert_cracks(clean, _set_edges(crack, clean, lines.get(crack), clean.point_sets[crack], index))
 
 
 def _named_sets(mesh: meshio.Mesh) -> tuple[dict[str, Index], dict[str, Index]]:
@@ -99,7 +99,7 @@ def _named_sets(mesh: meshio.Mesh) -> tuple[dict[str, Index], dict[str, Index]]:
     return lines, nodes
 
 
-def _set_edges(mesh: meshio.Mesh, lines: Index | None, nodes: Index, index: Index) -> Index:
+def _set_edges(name: str, mesh: meshio.Mesh, lines: Index | None, nodes: Index, index: Index) -> Index:
     """Edges of a set: its line cells, else every element edge between two of its nodes; chained to one direction."""
     if lines is not None:
         return _chained(index[lines])
@@ -110,7 +110,9 @@ def _set_edges(mesh: meshio.Mesh, lines: Index | None, nodes: Index, index: Inde
     )
     edges = np.unique(np.sort(corners[on[corners].all(axis=1)], axis=1), axis=0)
     if not len(edges):
-        raise MeshError("crack: no element edge joins two nodes of the named set")
+        raise MeshError(
+            f"crack = '{name}': no element edge joins two nodes of this set; expected lines or nodes along the path"
+        )
     return _chained(edges)
 
 

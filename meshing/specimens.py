@@ -46,8 +46,9 @@ class NotchedBeam:
         _at_least_zero(self, "notch", "notch_width", "gauge")
         _expect(self, "span", self.span <= self.length, f"at most length = {self.length:g}")
         _expect(self, "notch", self.notch < self.depth, f"less than depth = {self.depth:g}")
-        reach = abs(self.notch_position) + max(self.notch_width, self.gauge) / 2
-        _expect(self, "notch_position", reach < self.length / 2, "notch and gauge inside the length of the beam")
+        _expect(self, "gauge", self.gauge < self.length - 2 * abs(self.notch_position), "both gauge points on the beam")
+        reach = abs(self.notch_position) + self.notch_width / 2
+        _expect(self, "notch_position", reach < self.span / 2, f"the notch between the supports, span = {self.span:g}")
         if self.gauge:
             _expect(self, "gauge", self.gauge > self.notch_width, f"more than notch_width = {self.notch_width:g}")
         object.__setattr__(self, "crack", polylines(self.crack))
