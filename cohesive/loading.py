@@ -139,8 +139,8 @@ class March:
                 if size < SMALLEST_STEP * nominal:
                     raise NotConverged(
                         f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
-                        f"{size:.1e}: {error}. Where a part of the crack snaps through, another control (dissipation, sliding) or "
-                        "another mesh.crack_size helps; smaller steps do not"
+                        f"{size:.1e}: {error}. Where part of the crack snaps through, another control or "
+                        "mesh.crack_size helps; smaller steps do not"
                     ) from None
                 continue
             reached = False

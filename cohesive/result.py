@@ -307,7 +307,7 @@ class Result:
         last = h["load"][-1] / max(abs(h["load"]).max(), 1e-300)
         peak = ""
         if self.peak_load <= 0:
-            peak = f", none is positive, the smallest is {h['load'].min():.5g} N: check the drive and the order of the gauge points"
+            peak = f", none is positive, down to {h['load'].min():.5g} N: check the drive and the order of the gauge points"
         elif len(h["load"]) > 1 and self._peak in (0, len(h["load"]) - 1):
             peak = f", the {'last' if self._peak else 'first'} step: the true peak may lie outside"
         energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}

@@ -259,7 +259,7 @@ def _check_units(scene: Scene, crack_length: float, width: float | str) -> None:
     m = scene.material
     if not 1e-6 < m.ft / m.E < 1e-2:
         raise SceneError(
-            f"material.E = {m.E:g}, material.ft = {m.ft:g}: ft / E = {m.ft / m.E:.1e}; expected about 1e-4, both in the same unit"
+            f"material.E = {m.E:g}, material.ft = {m.ft:g}: ft / E = {m.ft / m.E:.1e}; expected about 1e-4, both in MPa"
         )
     if m.Zm > crack_length:
         raise SceneError(
@@ -268,7 +268,7 @@ def _check_units(scene: Scene, crack_length: float, width: float | str) -> None:
         )
     if not isinstance(width, str) and not 1e-6 * crack_length <= width <= max(m.h, crack_length):
         raise SceneError(
-            f"interface.width = {width:g}: expected a width between {1e-6 * crack_length:.1e} and {max(m.h, crack_length):g} mm"
+            f"interface.width = {width:g}: expected between {1e-6 * crack_length:.1e} and {max(m.h, crack_length):g} mm"
         )
 
 
@@ -288,7 +288,7 @@ def _check_stages(scene: Scene, problem: Problem) -> None:
     if first.control in problem.measures:
         elastic = problem.elastic_response()
         row = problem.measures[first.control]
-        if abs(row @ elastic) < 1e-9 * abs(row).sum() * abs(elastic).max():
+        if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
             raise SceneError(
                 f"stage.0.control = '{first.control}': the drive does not change it in this body; expected another control"
             )

@@ -133,7 +133,7 @@ def test_point_sets_grow_by_the_copies() -> None:
         ([[(0.5, 0), (0.5, 4)]], "length 4 mm: 0 mm of it"),
         ([[(2, 0), (2, 0)]], "has length 0"),
         ([[(2, 0)]], "at least two points"),
-        ([[(2, 0), (2, 4)], [(2, 1), (2, 3)]], "same edge"),
+        ([[(2, 0), (2, 4)], [(2, 1), (2, 3)]], "along a notch or along itself"),
     ],
 )
 def test_a_path_that_does_not_work_is_named(paths: list[list[tuple[float, float]]], message: str) -> None:

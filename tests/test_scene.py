@@ -8,6 +8,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cohesive import Scene, SceneError, run
@@ -54,7 +55,7 @@ WRONG = {
     "boolean for number": (changed(specimen__depth=True), r"specimen.depth = True: expected a finite number"),
     "fraction of a step": (changed(stage__0__steps=1.5), r"stage.0.steps = 1.5: expected a whole number"),
     "list for number": (changed(mesh__crack_size=[1.0]), r"mesh.crack_size = \[1.0\]: expected a finite number"),
-    "text in the targets": (changed(stage__0__to=[0.1, "end"]), r"stage.0.to = .*expected a number or a list"),
+    "text in the targets": (changed(stage__0__to=[0.1, "end"]), r"stage.0.to = .*expected a finite number"),
     # values
     "E in GPa": (changed(material__E=-37.0), r"material.E = -37.0: expected a number above 0"),
     "nu": (changed(material__nu=0.5), r"material.nu = 0.5: expected 0 <= nu < 0.5"),
@@ -76,8 +77,9 @@ WRONG = {
     # geometry
     "notch through the beam": (changed(specimen__notch=50.0), r"specimen.notch = 50.0: expected less than depth = 50"),
     "span beyond the beam": (changed(specimen__span=200.0), r"specimen.span = 200.0: expected at most length"),
-    "notch off the beam": (changed(specimen__notch_position=90.0), r"specimen.notch_position = 90.0: expected"),
+    "notch off the beam": (changed(specimen__notch_position=90.0), r"specimen.gauge = 20.0: expected both gauge points"),
     "gauge inside the notch": (changed(specimen__notch_width=30.0), r"specimen.gauge = 20.0: expected more than notch_width"),
+    "notch off the span": (changed(specimen__notch_position=70.0), r"specimen.notch_position = 70.0: expected the notch"),
     "negative depth": (changed(specimen__depth=-50.0), r"specimen.depth = -50.0: expected a number above 0"),
     "shape": (changed(mesh__shape="hexagon"), r"mesh.shape = 'hexagon': expected"),
     "order": (changed(mesh__order=3), r"mesh.order = 3: expected 1 or 2"),
@@ -118,7 +120,7 @@ WRONG_GEOMETRY = {
     "path without length": ([[0.0, 25.0], [0.0, 25.0]], r"has length 0"),
     "path of one point": ([[0.0, 25.0]], r"at least two points"),
     "path that cuts nothing": ([[20.0, 25.0], [20.0, 25.6]], r"cuts nothing"),
-    "path over the notch": ([[0.0, 20.0], [0.0, 50.0]], r"two paths run along the same edge"),
+    "path over the notch": ([[0.0, 20.0], [0.0, 50.0]], r"along a notch or along itself"),
 }
 
 
@@ -127,6 +129,44 @@ def test_a_path_that_does_not_work_is_named(case: str) -> None:
     path, message = WRONG_GEOMETRY[case]
     with pytest.raises(MeshError, match=message):
         run(Scene.load("notched-beam").with_(**{"specimen.crack": path}))
+
+
+WRONG_PHYSICS = {
+    "E in GPa": ({"material.E": 37.0}, r"material.E = 37.*both in MPa"),
+    "ft in Pa": ({"material.ft": 3.4e6}, r"material.ft = 3.4e\+06.*both in MPa"),
+    "Gf in N/m": ({"material.Gf": 70.0}, r"material.Gf = 70: softening would end .*N/mm"),
+    "a width of a metre": ({"interface.width": 1000.0}, r"interface.width = 1000: expected between"),
+    "no width at all": ({"interface.width": 1e-9}, r"interface.width = 1e-09: expected between"),
+    "sliding of a symmetric beam": ({"stage.0.control": "sliding"}, r"stage.0.control = 'sliding': the drive does not"),
+    "nothing to do": ({"stage.0.to": 0.0}, r"stage.0.to = 0: the run starts there"),
+    "more than there is": (
+        {"stage.0.control": "dissipation", "stage.0.to": 600.0},
+        r"stage.0.to = 600: the crack can dissipate",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_PHYSICS)
+def test_numbers_that_do_not_fit_together_are_named(case: str) -> None:
+    changes, message = WRONG_PHYSICS[case]
+    with pytest.raises(SceneError, match=message):
+        # central by symmetry of the half, so that the beam cannot slide at all
+        run(Scene.load("notched-beam").with_(**changes, **{"model.half": True}))
+
+
+def test_python_mistakes_are_named() -> None:
+    with pytest.raises(SceneError, match=r"Scene\('notched-beam'\): expected a dict"):
+        Scene("notched-beam")  # type: ignore[arg-type]
+    with pytest.raises(SceneError, match=r"Scene.load\(\{\}\): expected a file or the name"):
+        Scene.load({})  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"expected a Scene"):
+        run("notched-beam")  # type: ignore[arg-type]
+
+
+def test_numpy_numbers_are_numbers() -> None:
+    scene = Scene.load("notched-beam").with_(**{"stage.0.steps": np.int64(5), "stage.0.to": np.array([0.1, 0.2])})
+    assert scene.stages[0].targets == [0.1, 0.2]
+    assert tomllib.loads(dump_toml(scene.data)) == scene.data
 
 
 WRONG_FILES = {

@@ -22,8 +22,11 @@ COMPARED = ("load", "opening", "sliding", "driven", "work", "elastic", "stored",
 
 
 def same(a: Result, b: Result, tolerance: float, names: tuple[str, ...] = COMPARED) -> None:
+    """Equal histories, in parts of the largest value of the same unit."""
+    lengths, energies = ("opening", "sliding", "driven"), ("work", "elastic", "stored", "dissipated", "contact_work")
     for name in names:
-        scale = max(abs(a.history[name]).max(), 1e-3 * abs(a.history["work" if "o" in name else "load"]).max())
+        unit = next((group for group in (lengths, energies) if name in group), (name,))
+        scale = max(abs(a.history[other]).max() for other in unit)
         np.testing.assert_allclose(a.history[name], b.history[name], atol=tolerance * scale, rtol=0, err_msg=name)
 
 
@@ -201,16 +204,75 @@ def test_until_ends_a_stage_where_it_says() -> None:
 def test_a_separated_body_ends_the_run_and_says_so() -> None:
     Zm = block().material.Zm
     result = run(block(stage=[{"control": "opening", "to": 100 * Zm, "steps": 200}]))
-    assert "run through" in result.ending
+    assert "run through" in result.notes[-1]
     assert result.history["opening"][-1] < 20 * Zm
     assert np.isfinite(result.history["load"]).all()
 
 
-def test_steps_are_cut_and_recover(beam: Scene) -> None:
-    """One huge step to far beyond the peak: whatever it takes, the end is that of small steps."""
-    coarse = run(beam.with_(**{"stage.0.steps": 1, "stage.0.to": 0.1}))
+def test_a_crack_that_carries_nothing_for_a_moment_is_not_separated() -> None:
+    stages = [{"control": "opening", "to": 0.05, "steps": 5}, {"control": "load", "to": 0.0, "steps": 5}]
+    result = run(block(stage=[*stages, {"control": "opening", "to": 0.1, "steps": 5}]))
+    assert result.history["opening"][-1] == pytest.approx(0.1)
+    assert not result.notes
+
+
+def test_steps_are_cut_and_recover(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One huge step far beyond the peak, in few iterations: whatever it takes, the end is that of small steps."""
     fine = run(beam.with_(**{"stage.0.steps": 40, "stage.0.to": 0.1}))
+    monkeypatch.setattr("cohesive.solver.MAX_ITERATIONS", 4)
+    coarse = run(beam.with_(**{"stage.0.steps": 4, "stage.0.to": 0.1}))
+    assert coarse.history["cuts"].sum() >= 2
+    assert (np.diff(coarse.history["opening"]) > 0).all()
+    assert coarse.history["opening"][-1] == pytest.approx(0.1, rel=1e-6)
     assert coarse.history["load"][-1] == pytest.approx(fine.history["load"][-1], rel=1e-3)
+    # a rejected step leaves no damage behind
+    assert coarse.history["dissipated"][-1] == pytest.approx(fine.history["dissipated"][-1], rel=5e-3)
+
+
+@pytest.mark.parametrize("tol", [1e-2, 1e-4, 1e-6])
+def test_dissipation_stages_end_at_their_targets(beam: Scene, tol: float) -> None:
+    stages = [{"control": "dissipation", "to": [20.0, 40.0], "steps": 20}]
+    result = run(beam.with_(**{"solver.tol": tol}).with_(stage=stages))
+    assert result.dissipated_energy == pytest.approx(40.0, abs=3 * tol)
+
+
+def test_reversals_start_small_whatever_controls_them() -> None:
+    stages = [{"control": "opening", "to": 0.08, "steps": 8}, {"control": "driven", "to": 0.04, "steps": 8}]
+    driven = run(block(stage=stages)).history["driven"]
+    assert driven[8] - driven[7] == pytest.approx((0.04 - driven[7]) / 8 / 4, rel=1e-6)
+
+
+def test_energy_balance_holds_through_contact() -> None:
+    to = [0.08, -0.004, 0.08]
+    result = run(block(specimen__angle=20.0, mesh__crack_size=4.0, stage=[{"control": "driven", "to": to, "steps": 150}]))
+    h = result.history
+    assert abs(h["contact_work"]).max() > 0.02 * h["work"].max()
+    assert result.energy_error < 1e-3
+
+
+def test_the_line_search_is_needed_and_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Slammed shut to -100 MPa, where the smoothed contact is steepest: no cut with it, cuts or failure without."""
+    scene = block(interface__width=0.05, solver__tol=1e-4)
+    stages = [{"control": "opening", "to": 0.1, "steps": 20}, {"control": "load", "to": -40e3, "steps": 1}]
+    assert run(scene.with_(stage=stages)).history["cuts"].sum() == 0
+    monkeypatch.setattr("cohesive.solver._search", lambda at, now, step: (at(now.v + step[:-1], now.load + step[-1]), 1.0))
+    with pytest.raises((AssertionError, NotConverged)):
+        assert run(scene.with_(stage=stages)).history["cuts"].sum() == 0
+
+
+def test_added_compliance_of_a_block_is_the_width_over_its_height() -> None:
+    result = run(block(stage=[{"control": "driven", "to": 1e-4, "steps": 1}]))
+    assert result.added_compliance() == pytest.approx(0.3 / 40.0, rel=1e-4)  # the rigid crack plane is 1e6 times stiffer
+
+
+def test_the_gauge_measures_what_the_crack_does() -> None:
+    """Far beyond its strength a block slides and opens as its crack does: gauge and mean jump agree in sign and size."""
+    stages = [{"control": "driven", "to": 0.3, "steps": 30}]
+    shear = {"specimen__faces": "clamped", "specimen__drive_angle": 60.0, "specimen__rotation": 20.0}
+    jump, gauge = (run(block(**shear, specimen__gauge=g, stage=stages, solver__tol=1e-6)) for g in (0.0, 20.0))
+    for name in ("opening", "sliding"):
+        assert gauge.history[name][-1] == pytest.approx(jump.history[name][-1], rel=0.1)
+    assert abs(jump.history["sliding"][-1]) > 0.1
 
 
 def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -228,7 +290,7 @@ def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: 
 
 def test_newton_converges_quadratically(beam: Scene) -> None:
     tails: list[list[float]] = []
-    run(beam.with_(**{"solver.tol": 1e-11}), on_step=lambda step, row: tails.append(step.trial.residuals))
+    result = run(beam.with_(**{"solver.tol": 1e-11}), on_step=lambda step, row: tails.append(step.trial.residuals))
     checked = 0
     for residuals in tails:
         for before, after in pairwise(residuals[1:]):
@@ -236,6 +298,7 @@ def test_newton_converges_quadratically(beam: Scene) -> None:
                 assert after < 1e3 * before**2  # the constant holds over the whole run
                 checked += 1
     assert checked >= 10
+    assert result.history["residual"].max() < 1e-11
 
 
 def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:

@@ -1,0 +1,74 @@
+"""Unknowns: means, jumps and ties."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohesive.assembly import Tie, Unknowns
+from cohesive.condensation import nested_dissection
+
+X, Y = (1.0, 0.0), (0.0, 1.0)
+#: nodes 0 to 3; 4 and 5 are copies of 1 and 2
+LEADER = np.array([0, 1, 2, 3, 1, 2])
+BASE = [Tie("base", np.array([0]), X), Tie("base", np.array([0]), Y)]
+
+
+def unknowns(drive: Tie, *supports: Tie) -> Unknowns:
+    return Unknowns.build(LEADER, [*BASE, *supports], drive)
+
+
+def test_copies_move_by_mean_and_jump() -> None:
+    made = unknowns(Tie("load", np.array([3]), Y))
+    T = made.transform.toarray()
+    # node 0 is held: 3 nodes with 2 means each, less the driven one; 2 copies with 2 jumps each; the drive
+    assert T.shape == (12, 5 + 4 + 1)
+    motion = np.random.default_rng(0).normal(size=10)
+    u = (T @ motion).reshape(-1, 2)
+    np.testing.assert_array_equal(u[0], 0.0)
+    assert u[3, 1] == motion[made.drive]
+    means = (u[1] + u[4]) / 2, (u[2] + u[5]) / 2
+    jumps = u[4] - u[1], u[5] - u[2]
+    np.testing.assert_allclose(sorted(np.r_[(*means, *jumps)]), sorted(motion[[0, 1, 2, 3, *range(5, 9)]]), rtol=1e-12)
+
+
+def test_a_loaded_point_keeps_its_jump_and_a_driven_face_does_not() -> None:
+    point = unknowns(Tie("load", np.array([1, 4]), Y))
+    assert point.transform.shape[1] == 5 + 4 + 1
+    u = (point.transform.toarray()[:, point.drive]).reshape(-1, 2)
+    np.testing.assert_array_equal(u[[1, 4]], [[0, 1], [0, 1]])
+    face = unknowns(Tie("top", np.array([1, 2, 4, 5]), Y))
+    assert face.transform.shape[1] == 4 + 2 + 1
+    support = unknowns(Tie("load", np.array([3]), Y), Tie("side", np.array([1, 4]), X))
+    assert support.transform.shape[1] == 4 + 3 + 1
+
+
+def test_ties_along_slanted_directions() -> None:
+    d = (0.6, 0.8)
+    made = Unknowns.build(LEADER, [Tie("a", np.array([3]), d)], Tie("load", np.array([0]), (-0.8, 0.6)))
+    u = (made.transform @ np.random.default_rng(1).normal(size=made.transform.shape[1])).reshape(-1, 2)
+    assert abs(u[3] @ d) < 1e-15
+
+
+def test_ties_that_contradict_each_other_are_named() -> None:
+    with pytest.raises(ValueError, match="load: a node is both held and driven"):
+        unknowns(Tie("load", np.array([0]), Y))
+    with pytest.raises(ValueError, match="slope: its direction is oblique"):
+        unknowns(Tie("load", np.array([3]), Y), Tie("slope", np.array([0]), (0.6, 0.8)))
+    with pytest.raises(ValueError, match="load: expected at least one node"):
+        unknowns(Tie("load", np.array([], dtype=int), Y))
+
+
+def test_nested_dissection_is_an_order_with_the_last_nodes_last() -> None:
+    n = 40
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    points = np.stack([x.ravel(), y.ravel()], axis=1)
+    i, j = (part.ravel() for part in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    cells = np.stack([i * (n + 1) + j, (i + 1) * (n + 1) + j, (i + 1) * (n + 1) + j + 1, i * (n + 1) + j + 1], axis=1)
+    last = np.flatnonzero(points[:, 0] == 17)
+    order = nested_dissection(points, [cells], last)
+    np.testing.assert_array_equal(np.sort(order), np.arange(len(points)))
+    assert set(order[-len(last) :]) == set(last)
+    # what makes it worth its while: the halves do not meet before their separator
+    first_half = order[: np.flatnonzero(points[order, 0] > 17)[0]]
+    assert (points[first_half, 0] < 17).all() and len(first_half) > 0.3 * len(points)
