@@ -71,6 +71,10 @@ def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
+_SNAP = "Where part of the crack snaps through, another control or mesh.crack_size helps; smaller steps do not"
+_ADVICE = {"load": "No larger load may be in equilibrium; control = 'opening' or 'driven' goes on past the peak"}
+
+
 @dataclass(frozen=True)
 class Step:
     """One converged step."""
@@ -139,8 +143,7 @@ class March:
                 if size < SMALLEST_STEP * nominal:
                     raise NotConverged(
                         f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
-                        f"{size:.1e}: {error}. Where part of the crack snaps through, another control or "
-                        "mesh.crack_size helps; smaller steps do not"
+                        f"{size:.1e}: {error}. {_ADVICE.get(control, _SNAP)}"
                     ) from None
                 continue
             reached = False

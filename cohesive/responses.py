@@ -102,6 +102,8 @@ def save_figure(law: CrackPlane, path: Path) -> None:
     axes[1, 0].set_ylim(-1.2 * m.ft, 1.2 * m.ft)
     axes[1, 0].legend(frameon=False, fontsize=8)
     _contact_surface(law, axes[1, 1])
+    for panel in axes.flat:
+        panel.locator_params(axis="x", nbins=6)
     for panel in axes.flat[:3]:
         panel.axhline(0.0, color="0.5", linewidth=0.6)
     save(figure, path)

@@ -308,8 +308,8 @@ class Result:
         peak = ""
         if self.peak_load <= 0:
             peak = f", none is positive, down to {h['load'].min():.5g} N: check the drive and the order of the gauge points"
-        elif len(h["load"]) > 1 and self._peak in (0, len(h["load"]) - 1):
-            peak = f", the {'last' if self._peak else 'first'} step: the true peak may lie outside"
+        elif self._peak in (0, len(h["load"]) - 1):
+            peak = f", the {'first' if self._peak == 0 < len(h['load']) - 1 else 'last'} step: the true peak may lie outside"
         energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}
         timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.timings.items())
         lines += [
