@@ -18,8 +18,10 @@ WATCHED = (
     "contact_work", "load_ratio",
 )  # fmt: skip
 
-#: a step is cut down to this part of the nominal one before the run gives up
-SMALLEST_STEP = 2.0**-14
+#: a step is cut down to this part of the nominal one before the crack is taken to snap
+SMALLEST_STEP = 2.0**-10
+#: step, as a part of the nominal one, in which a crack that has no equilibrium close by may snap to the next one
+SNAP_STEP = 1.0 / 16.0
 #: a step that needed no more iterations lets the next one grow
 EASY_ITERATIONS = 6
 #: the first step after a reversal, as a part of the nominal one (unless there are fewer steps than that)
@@ -140,12 +142,20 @@ class March:
             except NotConverged as error:
                 cuts += 1
                 size *= 0.5
-                if size < SMALLEST_STEP * nominal:
+                if size >= SMALLEST_STEP * nominal:
+                    continue
+                size = min(SNAP_STEP * nominal, abs(target - value))
+                try:
+                    trial = problem.settle(state, control, value + direction * size, nominal)
+                except NotConverged:
                     raise NotConverged(
                         f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
                         f"{size:.1e}: {error}. {_ADVICE.get(control, _SNAP)}"
-                    ) from None
-                continue
+                    ) from error
+                snapped = self._balance(trial.state) - self._balance(state)
+                self.notes.append(
+                    f"stage {number + 1}: the crack snaps at {control} = {value:.5g}, which sets {snapped:.3g} N mm free"
+                )
             reached = False
             if stage.until is not None:
                 fraction, reached = self._watch(stage.until, state, trial.state)
@@ -168,6 +178,11 @@ class March:
             if not (on_surface & (state.Z > law.Zt)).any():
                 return self.problem.advance_to_onset(state)
         return self.problem.advance(state, control, value, reversal)
+
+    @staticmethod
+    def _balance(state: State) -> float:
+        """Work that no energy accounts for, N mm."""
+        return state.work - state.elastic - state.stored - state.dissipated - state.contact_work
 
     def _watch(self, until: dict[str, float], before: State, after: State) -> tuple[float, bool]:
         """Fraction of the step at which the quantity passes its value (1: not in it), and whether that is located."""

@@ -21,6 +21,8 @@ Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
 
 MAX_ITERATIONS = 25
+#: damped steps in which a snapping crack must come to rest
+SETTLING_STEPS = 60
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
 
@@ -206,7 +208,15 @@ class Problem:
             return state.dissipated
         return float(self.measures[control] @ state.v)
 
-    def advance(self, start: State, control: str, target: float, reversal: bool = False) -> Trial:
+    def advance(
+        self,
+        start: State,
+        control: str,
+        target: float,
+        reversal: bool = False,
+        damping: float = 0.0,
+        reach: float | None = None,
+    ) -> Trial:
         """Newton's method from a committed state to the next one.
 
         Parameters
@@ -215,6 +225,8 @@ class Problem:
         control : "opening" | "sliding" | "load" | "driven" | "dissipation"
         target : value that the controlled quantity reaches (dissipation: N mm in all).
         reversal : start from the unloading tangent, where a point has two.
+        damping : traction that resists the change of the jumps, MPa/mm, see `settle`.
+        reach : scale of the controlled quantity; default: the distance to the target.
 
         Raises
         ------
@@ -223,12 +235,14 @@ class Problem:
         """
         drive = np.zeros_like(start.v)
         drive[self.drive] = 1.0
-        reach = max(abs(target - self.measure(control, start)), 1e-300)
+        reach = max(abs(target - self.measure(control, start)), 1e-300) if reach is None else reach
 
         def at(v: Array, load: float, frozen: bool = False) -> _Iterate:
             jump = self.points.jump(v)
             traction, tangent, Z = self.law.update(jump, start.Z, frozen)
-            crack = self.points.force(traction)
+            if damping:
+                tangent = tangent + damping * np.eye(2)
+            crack = self.points.force(traction + damping * (jump - start.jump))
             residual = self.stiffness.apply(v) + crack - load * drive
             scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * self.full_strength)
             gap, row, corner = self._control(control, target, start, v, load, jump, Z)
@@ -294,6 +308,38 @@ class Problem:
             dissipated=start.dissipated + float(weights @ dissipated),
             contact_work=start.contact_work + 0.5 * float(weights @ contact_work),
         )  # fmt: skip
+
+    def settle(self, start: State, control: str, target: float, reach: float) -> Trial:
+        """The next equilibrium where there is none close by: the crack snaps, held back by damping until it rests.
+
+        Damped steps at the same target, each from the state of the last one, with a damping that falls as they
+        converge; at last a step without any. What the snap releases is not dissipated by the law and shows in
+        the energy balance.
+
+        Raises
+        ------
+        NotConverged
+            If the crack does not come to rest.
+        """
+        stiffest = float(self.law.stiffness(2)[0])
+        damping, iterations = stiffest, 0
+        for _ in range(SETTLING_STEPS):
+            try:
+                trial = self.advance(start, control, target, damping=damping, reach=reach)
+            except NotConverged:
+                damping *= 10.0
+                if damping > 1e4 * stiffest:
+                    raise
+                continue
+            start, iterations = trial.state, iterations + trial.iterations
+            damping /= 4.0
+            if damping < 1e-2 * stiffest:
+                try:
+                    trial = self.advance(start, control, target, reach=reach)
+                except NotConverged:
+                    continue
+                return Trial(trial.state, iterations + trial.iterations, trial.residuals)
+        raise NotConverged("the crack snaps and does not come to rest")
 
     def advance_to_onset(self, start: State) -> Trial:
         """The state in which, on the elastic path from `start`, the next point begins to be damaged.

@@ -275,9 +275,34 @@ def test_the_gauge_measures_what_the_crack_does() -> None:
     assert abs(jump.history["sliding"][-1]) > 0.1
 
 
+def test_a_crack_without_an_equilibrium_close_by_snaps_to_the_next_one() -> None:
+    """A T-branch sheared open: a narrow plane that is first damaged under compression and shear falls to contact at once."""
+    scene = Scene.load("single-crack").with_(
+        **{"specimen.crack": [[[-30, 0], [30, 0]], [[0, 0], [0, 30]]], "specimen.drive_angle": 45.0}
+    )
+    result = run(scene)
+    h = result.history
+    assert h["driven"].max() == pytest.approx(0.06, rel=1e-4)
+    snaps = [note for note in result.notes if "snaps at driven" in note]
+    assert 1 <= len(snaps) <= 3
+    released = [float(note.split("sets ")[1].split()[0]) for note in snaps]
+    assert all(0 < energy < 1e-2 * h["work"].max() for energy in released)  # a snap sets energy free, a little
+    assert h["residual"].max() <= scene.solver.tol  # and ends in equilibrium
+    assert result.energy_error < 1e-3
+
+
+def test_a_load_beyond_the_largest_one_fails_and_says_what_helps(beam: Scene) -> None:
+    with pytest.raises(NotConverged, match="control = 'opening' or 'driven' goes on past the peak") as caught:
+        run(beam.with_(stage=[{"control": "load", "to": 2000.0, "steps": 20}]))
+    result = caught.value.result
+    assert isinstance(result, Result)
+    assert 900 < result.peak_load < 1100
+
+
 def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("cohesive.solver.MAX_ITERATIONS", 2)  # enough for elastic steps only
     monkeypatch.setattr("cohesive.loading.SMALLEST_STEP", 0.3)
+    monkeypatch.setattr("cohesive.solver.SETTLING_STEPS", 0)
     with pytest.raises(NotConverged, match=r"stage 1: the step from opening = .* failed down to") as caught:
         run(beam.with_(**{"stage.0.steps": 2000}), output=tmp_path)
     result = caught.value.result
