@@ -2,9 +2,9 @@
 
 from .concrete import Concrete
 from .crackplane import CrackPlane
+from .linear import NotConverged
 from .result import Result
 from .scene import Scene, SceneError
 from .simulation import run
-from .solver import NotConverged
 
 __all__ = ["Concrete", "CrackPlane", "NotConverged", "Result", "Scene", "SceneError", "run"]

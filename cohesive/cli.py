@@ -20,11 +20,11 @@ from meshing import MeshError
 from . import responses
 from .concrete import PRESETS, Concrete
 from .crackplane import CrackPlane
+from .linear import NotConverged
 from .loading import Step
 from .result import Result, make_folder, write_file
 from .scene import Scene, SceneError, built_in
 from .simulation import run
-from .solver import NotConverged
 
 #: a run that stopped before its end, bad input, interrupted by the user
 _STOPPED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130

@@ -12,7 +12,8 @@ from meshing import NotchedBeam, NotchedTension, SingleCrack
 
 from .assembly import Tie
 from .interface import Interface
-from .scene import Scene, SceneError, UserMesh
+from .options import UserMesh
+from .scene import Scene, SceneError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

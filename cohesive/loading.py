@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .solver import NotConverged, Problem, State, Trial
+from .linear import NotConverged
+from .solver import Problem, State, Trial
 
 CONTROLS = ("opening", "sliding", "load", "driven", "dissipation")
 

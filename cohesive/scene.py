@@ -10,7 +10,7 @@ import tomllib
 import types
 import typing
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,178 +18,14 @@ from typing import Any
 import numpy as np
 
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack
-from meshing.specimens import polylines
 
 from .concrete import PRESETS, Concrete
 from .loading import Stage
+from .options import InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions, UserMesh
 
 
 class SceneError(ValueError):
     """A scene that cannot be used; the message names the key, its value and what was expected."""
-
-
-@dataclass(frozen=True)
-class UserMesh:
-    """A plane mesh file of the user's, with its crack, supports and drive.
-
-    A place is the name of a set of the file, or a point [x, y] that is a node.
-
-    Parameters
-    ----------
-    file : in any format that meshio reads, lengths in mm; relative to the scene file.
-    thickness : mm.
-    crack : name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges.
-    supports : list of {at = place, direction = [x, y]}: no motion of these nodes along the direction.
-    drive : {at = place, direction = [x, y]}: these nodes move together along the direction.
-    gauge_minus, gauge_plus : places between which the opening is measured; without them the mean jump over the crack.
-    """
-
-    file: str
-    thickness: float
-    crack: Any
-    supports: Any
-    drive: Any
-    gauge_minus: Any = None
-    gauge_plus: Any = None
-
-    def __post_init__(self) -> None:
-        if not self.thickness > 0:
-            raise ValueError(f"thickness = {self.thickness!r}: expected a number above 0")
-        if not isinstance(self.crack, str):
-            object.__setattr__(self, "crack", polylines(self.crack))
-        if not isinstance(self.supports, list) or not self.supports:
-            raise ValueError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}")
-        object.__setattr__(self, "supports", [_motion("supports", entry) for entry in self.supports])
-        object.__setattr__(self, "drive", _motion("drive", self.drive))
-        if (self.gauge_minus is None) != (self.gauge_plus is None):
-            raise ValueError("gauge_minus, gauge_plus: expected both or none")
-        for name in ("gauge_minus", "gauge_plus"):
-            if getattr(self, name) is not None:
-                _place(name, getattr(self, name))
-
-
-def _place(name: str, value: Any) -> str | tuple[float, float]:
-    if isinstance(value, str):
-        return value
-    return _pair(name, value, "the name of a set or a point [x, y]")
-
-
-def _pair(name: str, value: Any, expected: str) -> tuple[float, float]:
-    try:
-        x, y = (float(c) for c in value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r}: expected {expected}") from None
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError(f"{name} = {value!r}: expected {expected}")
-    return x, y
-
-
-def _motion(name: str, entry: Any) -> tuple[str | tuple[float, float], tuple[float, float]]:
-    """{at, direction} as a place and a unit vector."""
-    if not isinstance(entry, dict) or set(entry) != {"at", "direction"}:
-        raise ValueError(f"{name} = {entry!r}: expected {{at = ..., direction = [x, y]}}")
-    x, y = _pair(f"{name}.direction", entry["direction"], "two numbers [x, y]")
-    length = math.hypot(x, y)
-    if not length > 0:
-        raise ValueError(f"{name}.direction = {entry['direction']!r}: expected a vector that is not zero")
-    return _place(f"{name}.at", entry["at"]), (x / length, y / length)
-
-
-@dataclass(frozen=True)
-class InterfaceOptions:
-    """[interface]
-
-    Parameters
-    ----------
-    width : width w of the crack plane in mm, "h" for eq. (21) as printed, or left out: the rule of `default_width`.
-    quadrature : "nodal" or "gauss".
-    """
-
-    width: float | str | None = None
-    quadrature: str = "nodal"
-
-    def __post_init__(self) -> None:
-        if self.width is not None and self.width != "h" and (isinstance(self.width, str) or not self.width > 0):
-            raise ValueError(f"width = {self.width!r}: expected a number above 0 in mm, or 'h'")
-        _one_of(self, "quadrature", "nodal", "gauss")
-
-
-@dataclass(frozen=True)
-class ModelOptions:
-    """[model]
-
-    Parameters
-    ----------
-    kind : "discrete".
-    plane : "stress" or "strain".
-    half : model one half of a body that is symmetric about its crack; loads and energies are those of the whole.
-    """
-
-    kind: str = "discrete"
-    plane: str = "stress"
-    half: bool = False
-
-    def __post_init__(self) -> None:
-        if self.kind == "smeared":
-            raise ValueError("kind = 'smeared': this version has the discrete model only; expected 'discrete'")
-        _one_of(self, "kind", "discrete")
-        _one_of(self, "plane", "stress", "strain")
-
-
-@dataclass(frozen=True)
-class SolverOptions:
-    """[solver]
-
-    Parameters
-    ----------
-    tol : relative tolerance on residual and correction.
-    reduction : "condensed" eliminates the elastic bulk once, "none" factors everything in every iteration, "auto"
-        takes the one with the lower estimated cost.
-    """
-
-    tol: float = 1e-4
-    reduction: str = "auto"
-
-    def __post_init__(self) -> None:
-        if not 1e-13 <= self.tol <= 1e-1:
-            raise ValueError(f"tol = {self.tol!r}: expected a number between 1e-13 and 0.1")
-        _one_of(self, "reduction", "auto", "condensed", "none")
-
-
-@dataclass(frozen=True)
-class ReferenceOptions:
-    """[reference]
-
-    Parameters
-    ----------
-    file : CSV with columns opening and load, or opening, load_min and load_max (mm, N), `#` starts a comment;
-        relative to the scene file.
-    label : its name in the legend.
-    """
-
-    file: str
-    label: str = "measured"
-
-
-@dataclass(frozen=True)
-class OutputOptions:
-    """[output]
-
-    Parameters
-    ----------
-    frames : number of states that are written as VTU, besides the one at the peak.
-    """
-
-    frames: int = 5
-
-    def __post_init__(self) -> None:
-        if self.frames < 0:
-            raise ValueError(f"frames = {self.frames!r}: expected a whole number of at least 0")
-
-
-def _one_of(options: object, name: str, *allowed: str) -> None:
-    if getattr(options, name) not in allowed:
-        raise ValueError(f"{name} = {getattr(options, name)!r}: expected {' or '.join(map(repr, allowed))}")
 
 
 Specimen = NotchedBeam | NotchedTension | SingleCrack | UserMesh

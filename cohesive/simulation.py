@@ -22,10 +22,13 @@ from .continuum import ElasticBlock, ElementError, elasticity
 from .crackplane import CrackPlane
 from .fixtures import gauge, ties
 from .interface import Interface
+from .linear import DenseStiffness, NotConverged, SparseStiffness, Stiffness
 from .loading import March, Step
-from .result import HistoryWriter, Result, load_reference
-from .scene import Scene, SceneError, UserMesh
-from .solver import DenseStiffness, NotConverged, Problem, SparseStiffness, State, Stiffness
+from .options import UserMesh
+from .reference import load_reference
+from .result import HistoryWriter, Result
+from .scene import Scene, SceneError
+from .solver import Problem, State
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -4,98 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Protocol
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from .assembly import CrackPoints
 from .crackplane import CrackPlane
+from .linear import NotConverged, Stiffness
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Entries = tuple[Index, Index, Array]
 
 MAX_ITERATIONS = 25
 #: damped steps in which a snapping crack must come to rest
 SETTLING_STEPS = 60
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
-
-
-class NotConverged(RuntimeError):
-    """A step that did not converge. `result` holds everything computed before it, once `run` has passed it on."""
-
-    result: object = None
-
-
-class Stiffness(Protocol):
-    """The linear part of the problem."""
-
-    def apply(self, v: Array) -> Array:
-        """Forces of the unknowns v."""
-
-    @property
-    def scale(self) -> float:
-        """Largest sum of absolute values in a row, for a bound on rounding."""
-
-    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
-        """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last]."""
-
-
-@dataclass(frozen=True)
-class DenseStiffness:
-    """A condensed stiffness, (n, n)."""
-
-    matrix: Array
-
-    def apply(self, v: Array) -> Array:
-        return np.asarray(self.matrix @ v)
-
-    @cached_property
-    def scale(self) -> float:
-        return float(abs(self.matrix).sum(axis=1).max())
-
-    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
-        n = len(right)
-        A = np.empty((n + 1, n + 1), order="F")
-        A[:n, :n] = self.matrix
-        np.add.at(A, crack[:2], crack[2])
-        unit = abs(self.matrix[range(n), range(n)]).max()  # rows of one magnitude, for the pivoting
-        A[:n, n], A[n, :n], A[n, n] = -load, unit * row, unit * corner
-        lu, pivots, info = scipy.linalg.lapack.dgetrf(A, overwrite_a=True)
-        if info:
-            raise NotConverged("the tangent stiffness is singular")
-        return np.asarray(scipy.linalg.lapack.dgetrs(lu, pivots, np.append(right, unit * last))[0])
-
-
-@dataclass(frozen=True)
-class SparseStiffness:
-    """The stiffness of all unknowns, factored together with the crack in every iteration."""
-
-    matrix: sp.csc_array
-
-    def apply(self, v: Array) -> Array:
-        return np.asarray(self.matrix @ v)
-
-    @cached_property
-    def scale(self) -> float:
-        return float(abs(self.matrix).sum(axis=1).max())
-
-    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
-        rows, columns, values = crack
-        A = (self.matrix + sp.coo_array((values, (rows, columns)), shape=self.matrix.shape)).tocsc()
-        try:
-            factor = spla.splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        except RuntimeError:
-            raise NotConverged("the tangent stiffness is singular") from None
-        both = factor.solve(np.stack([right, load], axis=1))
-        change = (last - row @ both[:, 0]) / (row @ both[:, 1] + corner)
-        return np.append(both[:, 0] + change * both[:, 1], change)
 
 
 @dataclass(frozen=True)

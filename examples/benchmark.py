@@ -17,8 +17,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from cohesive import Concrete, CrackPlane, Scene, run
+from cohesive.linear import SparseStiffness
 from cohesive.simulation import build
-from cohesive.solver import SparseStiffness
 
 #: name: (crack_size, far_size, shape, order) of the notched beam, about 2e3, 2e4 and 1e5 unknowns
 SIZES = {
