@@ -120,7 +120,7 @@ class Result:
     ) -> None:
         self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
         self.history: dict[str, Array] = {name: np.array([row[name] for row in rows]) for name in COLUMNS}
-        self.timings = model.timings
+        self.timings = model.timings | {"output": 0.0}
         self._states = states
 
     @property

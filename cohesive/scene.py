@@ -36,7 +36,7 @@ SPECIMENS: dict[str, type[Specimen]] = {
     "single-crack": SingleCrack,
     "mesh": UserMesh,
 }
-_TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "stage", "solver", "reference", "output")
+_TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
 
 
 class Scene:
@@ -84,6 +84,8 @@ class Scene:
         self.material = _material(_table(self.data, "material", required=True))
         self.interface = _build(InterfaceOptions, _table(self.data, "interface"), "interface")
         self.model = _build(ModelOptions, _table(self.data, "model"), "model")
+        for key in _table(self.data, "band"):
+            raise SceneError(f"band.{key}: this version has the discrete model only; expected [band] without keys, or none")
         self.solver = _build(SolverOptions, _table(self.data, "solver"), "solver")
         self.output = _build(OutputOptions, _table(self.data, "output"), "output")
         self.reference = (

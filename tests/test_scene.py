@@ -66,6 +66,7 @@ WRONG = {
     "quadrature": (changed(interface={"quadrature": "simpson"}), r"interface.quadrature = 'simpson': expected 'nodal' or"),
     "plane": (changed(model={"plane": "stres"}), r"model.plane = 'stres': expected 'stress' or 'strain'"),
     "model": (changed(model={"kind": "smeared"}), r"model.kind = 'smeared': this version has the discrete model only"),
+    "band": (changed(band={"width": 2.0}), r"band.width: this version has the discrete model only"),
     "tolerance": (changed(solver={"tol": 0.0}), r"solver.tol = 0.0: expected"),
     "reduction": (changed(solver={"reduction": "full"}), r"solver.reduction = 'full': expected"),
     "control": (changed(stage__0__control="cmod"), r"stage.0.control = 'cmod': expected one of opening"),
