@@ -136,7 +136,7 @@ class March:
         value, cuts = start, 0
         # a converged step may miss its target by the tolerance, and dissipation must not be driven back
         while direction * (target - value) > max(1e-9, 2.0 * problem.tol) * nominal:
-            left = abs(target - value)
+            left, snapped = abs(target - value), False
             size = left if left < 1.001 * size else size
             try:
                 trial = self._advance(state, control, value + direction * size, reversal)
@@ -145,24 +145,28 @@ class March:
                 size *= 0.5
                 if size >= SMALLEST_STEP * nominal:
                     continue
-                size = min(SNAP_STEP * nominal, abs(target - value))
+                snap = min(SNAP_STEP * nominal, abs(target - value))
                 try:
-                    trial = problem.settle(state, control, value + direction * size, nominal)
+                    trial = problem.settle(state, control, value + direction * snap, nominal)
                 except NotConverged:
                     raise NotConverged(
                         f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
                         f"{size:.1e}: {error}. {_ADVICE.get(control, _SNAP)}"
                     ) from error
-                snapped = self._balance(trial.state) - self._balance(state)
-                self.notes.append(
-                    f"stage {number + 1}: the crack snaps at {control} = {value:.5g}, which sets {snapped:.3g} N mm free"
-                )
+                size, snapped = snap, True
             reached = False
             if stage.until is not None:
                 fraction, reached = self._watch(stage.until, state, trial.state)
                 if not reached and fraction < 1.0:
-                    size *= fraction
-                    continue
+                    if not snapped:
+                        size *= fraction
+                        continue
+                    reached = True  # within a snap there is no equilibrium at which to stop
+            if snapped:
+                free = self._balance(trial.state) - self._balance(state)
+                self.notes.append(
+                    f"stage {number + 1}: the crack snaps at {control} = {value:.5g}, which sets {free:.3g} N mm free"
+                )
             yield Step(trial, cuts, control, problem.measure(control, trial.state))
             state, reversal, cuts = trial.state, False, 0
             value = problem.measure(control, state)

@@ -289,7 +289,7 @@ def _check_stages(scene: Scene, problem: Problem) -> None:
     if first.targets[0] == 0:
         raise SceneError("stage.0.to = 0: the run starts there; expected another first target")
     if first.control in problem.measures:
-        elastic = problem.elastic_response()
+        elastic = problem.response(problem.elastic_tangent())
         row = problem.measures[first.control]
         if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
             raise SceneError(

@@ -274,11 +274,7 @@ class Problem:
         NotConverged
             If the path is not linear, as in contact.
         """
-        drive = np.zeros_like(start.v)
-        drive[self.drive] = 1.0
-        _, tangent, _ = self.law.update(start.jump, start.Z, frozen=True)
-        nothing = np.zeros_like(drive)
-        rate = self.stiffness.solve(self.points.stiffness(tangent), drive, nothing, 1.0, nothing, 1.0)[:-1]
+        rate = self.response(self.law.update(start.jump, start.Z, frozen=True)[1])
         jump_rate = self.points.jump(rate)
 
         def is_damaged(load: float) -> bool:
@@ -300,17 +296,20 @@ class Problem:
         v, load = start.v + high * rate, start.load + high
         jump = self.points.jump(v)
         traction, tangent, Z = self.law.update(jump, start.Z)
-        residual = self.stiffness.apply(v) + self.points.force(traction) - load * drive
+        residual = self.stiffness.apply(v) + self.points.force(traction)
+        residual[self.drive] -= load
         error = float(np.linalg.norm(residual)) / abs(load)
         if error > self.tol:
             raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
-        now = _Iterate(v, load, jump, traction, tangent, Z, residual, abs(load), 0.0, nothing, 0.0)
+        now = _Iterate(v, load, jump, traction, tangent, Z, residual, abs(load), 0.0, np.zeros_like(v), 0.0)
         return Trial(self._state(start, now), 1, [error])
 
-    def elastic_response(self) -> Array:
-        """Unknowns of the undamaged body under a load of 1 N."""
-        start = self.initial()
-        _, tangent, _ = self.law.update(start.jump, start.Z, frozen=True)
+    def elastic_tangent(self) -> Array:
+        """Tangents of the undamaged crack points, (p, 2, 2), MPa/mm."""
+        return np.broadcast_to(np.diag(self.law.stiffness(2)), (len(self.points.weights), 2, 2))
+
+    def response(self, tangent: Array) -> Array:
+        """Change of the unknowns under one more newton, with tangents (p, 2, 2) at the crack points."""
         nothing = np.zeros(self.points.size)
         unit = nothing.copy()
         unit[self.drive] = 1.0
@@ -319,8 +318,7 @@ class Problem:
     def is_held(self) -> bool:
         """Whether the elastic body has a stiffness against every motion: a known motion is found from its forces."""
         motion = np.random.default_rng(0).normal(size=self.points.size)
-        p = len(self.points.weights)
-        _, tangent, _ = self.law.update(np.zeros((p, 2)), np.full(p, self.law.Zt))
+        tangent = self.elastic_tangent()
         force = self.stiffness.apply(motion) + self.points.force(np.einsum("pij,pj->pi", tangent, self.points.jump(motion)))
         nothing = np.zeros_like(motion)
         try:

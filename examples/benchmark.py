@@ -51,8 +51,7 @@ def analysis(crack_size: float, far_size: float, shape: str, order: int) -> dict
     full = build(scene.with_(**{"solver.reduction": "none"}))
     problem = full.problem
     assert isinstance(problem.stiffness, SparseStiffness)
-    k = np.broadcast_to(np.diag(problem.law.stiffness(2)), (len(problem.points.weights), 2, 2))
-    rows, columns, values = problem.points.stiffness(k)
+    rows, columns, values = problem.points.stiffness(problem.elastic_tangent())
     K = (problem.stiffness.matrix + sp.coo_array((values, (rows, columns)), shape=problem.stiffness.matrix.shape)).tocsc()
     load = np.zeros(K.shape[0])
     load[problem.drive] = 1.0

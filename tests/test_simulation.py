@@ -292,6 +292,21 @@ def test_a_crack_without_an_equilibrium_close_by_snaps_to_the_next_one() -> None
     assert result.energy_error < 1e-3
 
 
+def test_an_event_within_a_snap_ends_the_stage_behind_it() -> None:
+    scene = Scene.load("single-crack").with_(
+        **{"specimen.crack": [[[-30, 0], [30, 0]], [[0, 0], [0, 30]]], "specimen.drive_angle": 45.0}
+    )
+    whole = run(scene)
+    at = int(whole.history["cuts"].argmax())  # no step is cut as often as the one that must snap
+    before, after = whole.history["dissipated"][at - 1 : at + 1]
+    assert after - before > 0.1
+    scene = scene.with_(**{"stage.0.until": {"dissipated": 0.5 * float(before + after)}, "stage.0.to": 0.06})
+    result = run(scene)
+    assert len([note for note in result.notes if "snaps" in note]) == 1
+    assert "stage 1 ended where dissipated" in result.notes[-1]
+    assert result.history["dissipated"][-1] == pytest.approx(after, rel=0.05)
+
+
 def test_a_load_beyond_the_largest_one_fails_and_says_what_helps(beam: Scene) -> None:
     with pytest.raises(NotConverged, match="control = 'opening' or 'driven' goes on past the peak") as caught:
         run(beam.with_(stage=[{"control": "load", "to": 2000.0, "steps": 20}]))
