@@ -39,23 +39,23 @@ class Unknowns:
     Attributes
     ----------
     transform : (2 m, n) sparse matrix
-    drive : number of the unknown that is the driven motion.
-    node : (n,) array, the leading node of each unknown; for the drive, any of its nodes.
+    drives : (k,) array, numbers of the unknowns that are the driven motions, the last ones.
+    node : (n,) array, the leading node of each unknown; for a drive, any of its nodes.
     """
 
     transform: sp.csr_array
-    drive: int
+    drives: Index
     node: Index
 
     @classmethod
-    def build(cls, leader: Index, supports: Sequence[Tie], drive: Tie, mirror: Tie | None = None) -> Unknowns:
+    def build(cls, leader: Index, supports: Sequence[Tie], drives: Sequence[Tie], mirror: Tie | None = None) -> Unknowns:
         """Number the unknowns of a split mesh.
 
         Parameters
         ----------
         leader : (m,) array, for the copies of a node on the crack path the one of them that names the group, for
             every other node itself.
-        supports, drive : Tie
+        supports, drives : lists of ties; each drive is a motion of its own.
         mirror : normal of a plane of symmetry, at nodes whose copy stands for the mirror image. They open along
             the normal and move along the plane, nothing else.
 
@@ -74,7 +74,8 @@ class Unknowns:
             at, (x, y) = np.unique(leader[mirror.nodes]), mirror.direction
             frame[at], framed[at] = np.array([[x, y], [-y, x]]), True
             mean[at, 0], held[at, 1] = _FIXED, True
-        for tie, state in [*((support, _FIXED) for support in supports), (drive, _DRIVEN)]:
+        driven = [(drive, _DRIVEN + i) for i, drive in enumerate(drives)]
+        for tie, state in [*((support, _FIXED) for support in supports), *driven]:
             at = np.unique(leader[tie.nodes])
             if not len(at):
                 raise ValueError(f"{tie.name}: expected at least one node, got none")
@@ -86,7 +87,7 @@ class Unknowns:
             component = abs(along).argmax(axis=1)
             if (abs(abs(along).max(axis=1) - 1.0) > 1e-9).any():
                 raise ValueError(f"{tie.name}: its direction is oblique to another support at the same node")
-            if (mean[at, component] == _DRIVEN).any() or (state == _DRIVEN and (mean[at, component] != _FREE).any()):
+            if (mean[at, component] >= _DRIVEN).any() or (state >= _DRIVEN and (mean[at, component] != _FREE).any()):
                 raise ValueError(f"{tie.name}: a node is both held and driven in the direction {tie.direction}")
             mean[at, component] = state
             sign[at, component] = tie.factor * along[np.arange(len(at)), component]
@@ -98,7 +99,8 @@ class Unknowns:
         n_mean, n_jump = int(mean_free.sum()), int(jump_free.sum())
         number = np.full((m, 2), -1)
         number[mean_free] = np.arange(n_mean)
-        number[mean == _DRIVEN] = n_mean + n_jump
+        is_driven = mean >= _DRIVEN
+        number[is_driven] = n_mean + n_jump + mean[is_driven] - _DRIVEN
         jump_number = np.full((len(extra), 2), -1)
         jump_number[jump_free] = n_mean + np.arange(n_jump)
 
@@ -121,15 +123,17 @@ class Unknowns:
                     values.append(weight[use] * frame[leader[nodes[use]], component, axis])
         transform = sp.csr_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
-            shape=(2 * m, n_mean + n_jump + 1),
+            shape=(2 * m, n_mean + n_jump + len(drives)),
         )
         transform.eliminate_zeros()
-        node = np.concatenate([np.nonzero(mean_free)[0], leader[extra[np.nonzero(jump_free)[0]]], leader[drive.nodes[:1]]])
-        return cls(transform, n_mean + n_jump, node)
+        node = np.concatenate([np.nonzero(mean_free)[0], leader[extra[np.nonzero(jump_free)[0]]], *(leader[drive.nodes[:1]] for drive in drives)])
+        return cls(transform, n_mean + n_jump + np.arange(len(drives)), node)
 
 
 def bulk_stiffness(blocks: Sequence[ElasticBlock], n_points: int, transform: sp.csr_array) -> sp.csc_array:
     """Stiffness of the elastic bulk in the solver's unknowns, N/mm."""
+    if not blocks:
+        return sp.csc_array((transform.shape[1],) * 2)
     rows, columns, values = [], [], []
     for block in blocks:
         dofs = (2 * block.cells[:, :, None] + np.arange(2)).reshape(len(block.cells), -1).astype(np.int32)
@@ -144,14 +148,16 @@ def bulk_stiffness(blocks: Sequence[ElasticBlock], n_points: int, transform: sp.
 
 
 @dataclass(frozen=True)
-class CrackPoints:
-    """Jumps and forces of all integration points, on the few unknowns that each one sees.
+class Points:
+    """Deformations and forces at all points with cracks, on the few unknowns that each one sees.
+
+    The deformation is the jump of an interface, c = 2, with a traction as its stress, or the strain of a band, c = 3.
 
     Attributes
     ----------
     index : (p, k) array, unknowns; a point that sees fewer than k repeats one, with zero in `matrix`.
-    matrix : (p, 2, k) array, jump = matrix @ v[index].
-    weights : (p,) array, mm^2.
+    matrix : (p, c, k) array, deformation = matrix @ v[index].
+    weights : (p,) array, mm^2 of an interface, mm^3 of a band.
     where : (p, 2) array, mm, for messages.
     size : number of unknowns.
     """
@@ -163,27 +169,28 @@ class CrackPoints:
     size: int
 
     @classmethod
-    def build(cls, jump_operator: sp.csr_array, weights: Array, where: Array) -> CrackPoints:
-        """From the (2 p, n) matrix that gives the jumps."""
-        entries = jump_operator.tocoo()
-        p, n = len(weights), jump_operator.shape[1]
-        pairs, inverse = np.unique((entries.row // 2).astype(np.int64) * n + entries.col, return_inverse=True)
+    def build(cls, operator: sp.csr_array, weights: Array, where: Array) -> Points:
+        """From the (c p, n) matrix that gives the deformations."""
+        entries = operator.tocoo()
+        p, n = len(weights), operator.shape[1]
+        c = operator.shape[0] // p
+        pairs, inverse = np.unique((entries.row // c).astype(np.int64) * n + entries.col, return_inverse=True)
         point, column = pairs // n, pairs % n
         place = np.arange(len(pairs)) - np.searchsorted(point, point)
         k = int(place.max()) + 1 if len(place) else 1
         index = np.zeros((p, k), dtype=np.int64)
         index[point, place] = column
-        matrix = np.zeros((p, 2, k))
-        matrix[entries.row // 2, entries.row % 2, place[inverse]] = entries.data
+        matrix = np.zeros((p, c, k))
+        matrix[entries.row // c, entries.row % c, place[inverse]] = entries.data
         return cls(index, matrix, weights, where, n)
 
-    def jump(self, v: Array) -> Array:
-        """Local jumps, (p, 2)."""
+    def deformation(self, v: Array) -> Array:
+        """Jumps or strains, (p, c)."""
         return np.asarray(np.einsum("pik,pk->pi", self.matrix, v[self.index]))
 
-    def force(self, traction: Array) -> Array:
-        """Nodal forces of tractions (p, 2), in the solver's unknowns."""
-        local = np.einsum("pik,pi->pk", self.matrix, self.weights[:, None] * traction)
+    def force(self, stress: Array) -> Array:
+        """Nodal forces of tractions or stresses (p, c), in the solver's unknowns."""
+        local = np.einsum("pik,pi->pk", self.matrix, self.weights[:, None] * stress)
         return np.bincount(self.index.ravel(), local.ravel(), self.size).astype(float)
 
     def stiffness(self, tangent: Array) -> tuple[Index, Index, Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -139,6 +140,25 @@ class ElasticBlock:
         B, _ = self._gradients(ELEMENTS[self.kind][2])
         u = displacement[self.cells].reshape(len(self.cells), -1)
         return np.asarray(np.einsum("ij,njk,nk->ni", self.D, B[0], u))
+
+    def strain_points(self) -> tuple[sp.csr_array, Array, Array, NDArray[np.int64]]:
+        """The integration points: displacements of the mesh nodes to strains [xx, yy, engineering xy], a (3 p, 2 m)
+        matrix; volumes (p,), mm^3; positions (p, 2), mm; the cell of each point (p,)."""
+        at, weights = ELEMENTS[self.kind][1]
+        B, det = (value.swapaxes(0, 1) for value in self._gradients(at))  # element by element
+        n, q, _, k = B.shape
+        dofs = (2 * self.cells[:, :, None] + np.arange(2)).reshape(n, 1, 1, k)
+        rows = np.arange(3 * n * q).reshape(n, q, 3, 1)
+        operator = sp.csr_array(
+            (B.ravel(), (np.broadcast_to(rows, B.shape).ravel(), np.broadcast_to(dofs, B.shape).ravel())),
+            shape=(3 * n * q, 2 * len(self.points)),
+        )
+        where = np.einsum("qa,nax->nqx", ELEMENTS[self.kind][0](at)[0], self.points[self.cells])
+        return operator, (self.thickness * weights * det).ravel(), where.reshape(-1, 2), np.repeat(np.arange(n), q)
+
+    def corners(self) -> Array:
+        """Corners of the elements, (n, 4, 2), mm; a triangle repeats its last one."""
+        return self.points[self.cells[:, [0, 1, 2, 3 if self.kind in ("quad", "quad8") else 2]]]
 
     def area(self) -> float:
         """Sum of the element areas, mm^2."""

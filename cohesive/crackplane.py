@@ -7,6 +7,8 @@ Where the print leaves a choice, the parameters of `Concrete` say which one is t
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +24,9 @@ class CrackPlane:
     Parameters
     ----------
     concrete : Concrete
-    width : width w of the band that the plane stands for, mm. None: w = h, eq. (21) as printed.
+    width : width w of the band that the plane stands for, mm: one number, or an array (n,) with one for each of
+        the n points that the methods are then called with. None: w = h, eq. (21) as printed.
+    shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
 
     Raises
     ------
@@ -31,24 +35,39 @@ class CrackPlane:
 
     Attributes
     ----------
-    Zt : opening at which damage starts in mode I, mm
+    Zt : opening at which damage starts in mode I, mm, with the shape of the width
     """
 
-    def __init__(self, concrete: Concrete, width: float | None = None) -> None:
+    def __init__(self, concrete: Concrete, width: float | Array | None = None, *, shear_scaling: bool = True) -> None:
         width = concrete.h if width is None else width
-        if isinstance(width, bool) or not isinstance(width, (int, float)) or not 0 < width < np.inf:
+        if isinstance(width, np.ndarray):
+            if width.ndim != 1 or not ((width > 0) & (width < np.inf)).all():
+                raise ValueError(f"width = {width!r}: expected a (n,) array of finite numbers above 0, in mm")
+            self.width: Any = np.asarray(width, dtype=float)
+        elif isinstance(width, bool) or not isinstance(width, (int, float)) or not 0 < width < np.inf:
             raise ValueError(f"width = {width!r}: expected a finite number above 0, in mm")
+        else:
+            self.width = float(width)
         self.concrete = concrete
-        self.width = float(width)
-        self.Zt = self.width * concrete.ft / concrete.E
+        self.shear_scaling = shear_scaling
+        self.Zt: Any = self.width * concrete.ft / concrete.E
 
     def __repr__(self) -> str:
         return f"CrackPlane({self.concrete!r}, width={self.width!r})"
 
+    def of_width(self, width: float | Array) -> CrackPlane:
+        """The same law for another width, or for an array of widths."""
+        return CrackPlane(self.concrete, width, shear_scaling=self.shear_scaling)
+
     def stiffness(self, components: int) -> Array:
-        """Diagonal of k, eq. (1), MPa/mm: shape (components,)."""
+        """Diagonal of k, eq. (1), MPa/mm: (components,), or (n, components) for an array of widths."""
         m = self.concrete
-        return np.array([m.E, m.G, m.G][:components]) / self.width
+        moduli = np.array([m.E, m.G, m.G][:components])
+        return np.asarray(moduli / (self.width[:, None] if isinstance(self.width, np.ndarray) else self.width))
+
+    def _part(self, at: Index) -> CrackPlane:
+        """The law at some of the points."""
+        return self.of_width(self.width[at]) if isinstance(self.width, np.ndarray) else self
 
     def update(self, jump: Array, Z: Array, frozen: bool = False) -> tuple[Array, Array, Array]:
         """Traction, consistent tangent and new history, eq. (21).
@@ -111,7 +130,7 @@ class CrackPlane:
         Z = np.maximum(Z, self.Zt)
         result = np.zeros_like(jump)
         at, contact, _, _ = self._contact(jump, Z, tangent=False)
-        result[at] = (1.0 - self._intact(Z[at]))[:, None] * contact
+        result[at] = (1.0 - self._part(at)._intact(Z[at]))[:, None] * contact
         return result
 
     def damage(self, Z: Array) -> Array:
@@ -168,7 +187,7 @@ class CrackPlane:
 
     def _twice_energy(self, jump: Array) -> Array:
         """u.k.u"""
-        return np.asarray(jump**2 @ self.stiffness(jump.shape[1]))
+        return np.asarray((jump**2 * self.stiffness(jump.shape[1])).sum(axis=1))
 
     def _intact(self, Z: Array) -> Array:
         """1 - omega of eq. (5), kept as itself: formed as a difference it is 0 from about 7 Zm."""
@@ -213,6 +232,8 @@ class CrackPlane:
             lost -= p * np.expm1(-decay)  # 1 - H, with its digits near closure
             dH -= share / (c * m.Zm)
         dH[u1 < m.u_phi0] = 0.0
+        if not self.shear_scaling:
+            return H, dH
         below = H * self.width + lost * m.h
         # far open, H underflows: H_w is 0 there, whatever its exact ratio
         return H * self.width / below, self.width * m.h / below**2 * dH
@@ -249,8 +270,9 @@ class CrackPlane:
             return at, nothing, nothing, nothing
         phi, normal, uz = phi[at], normal[at], uz[at]
         g = 0.5 * uz * (np.log1p(np.exp(-2.0 * m.c_lm)) - np.logaddexp(0.0, -2.0 * phi / uz))  # (16), (B3)
-        H, dH = self._reduction(jump[at, 0])
-        k = self.stiffness(jump.shape[1])
+        part = self._part(at)
+        H, dH = part._reduction(jump[at, 0])
+        k = part.stiffness(jump.shape[1])
         kn = k * normal
         contact = (H * g)[:, None] * kn
         if not tangent:
@@ -269,7 +291,7 @@ class CrackPlane:
         dn /= distance[:, None, None]
         slope = kn[:, :, None] * ((H * g_phi)[:, None] * normal)[:, None, :]
         slope[:, :, 0] += (dH * g)[:, None] * kn
-        slope += (H * g)[:, None, None] * k[:, None] * dn
+        slope += (H * g)[:, None, None] * k[..., :, None] * dn
         dn_dR = -normal[:, :1] * normal / distance[:, None]
         dn_dR[:, 0] += 1.0 / distance
         dn_dR[cone] = 0.0

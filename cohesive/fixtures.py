@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from meshing import NotchedBeam, NotchedTension, SingleCrack
+from meshing import NotchedBeam, NotchedTension, SandwichPanel, SingleCrack
 
 from .assembly import Tie
 from .interface import Interface
@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], Tie, Tie | None]:
-    """Supports and drive of a specimen, and its plane of symmetry where half of it is modelled."""
+def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], list[Tie], Tie | None]:
+    """Supports and drives of a specimen, and its plane of symmetry where half of it is modelled."""
     specimen, sets = scene.specimen, mesh.point_sets
     x, y = (1.0, 0.0), (0.0, 1.0)
     if scene.model.half:
@@ -28,18 +28,21 @@ def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], Tie, Tie | None]:
         if isinstance(specimen, NotchedBeam):
             return (
                 [Tie("support_left", sets["support_left"], y)],
-                Tie("load", sets["load"], (0.0, -1.0)),
+                [Tie("load", sets["load"], (0.0, -1.0))],
                 Tie("crack", plane, x),
             )
         # the plane of symmetry stays where it is, so the top moves by half of the drive
-        return [Tie("top", sets["top"], x)], Tie("top", sets["top"], y, factor=0.5), Tie("crack", plane, y)
+        return [Tie("top", sets["top"], x)], [Tie("top", sets["top"], y, factor=0.5)], Tie("crack", plane, y)
     if isinstance(specimen, NotchedBeam):
         left, right = sets["support_left"], sets["support_right"]
         supports = [Tie("support_left", left, x), Tie("support_left", left, y), Tie("support_right", right, y)]
-        return supports, Tie("load", sets["load"], (0.0, -1.0)), None
+        return supports, [Tie("load", sets["load"], (0.0, -1.0))], None
+    if isinstance(specimen, SandwichPanel):
+        base, top = sets["base"], sets["top"]
+        return [Tie("base", base, x), Tie("base", base, y)], [Tie("top", top, y), Tie("top", top, x)], None
     if isinstance(specimen, NotchedTension):
         base, top = sets["base"], sets["top"]
-        return [Tie("base", base, x), Tie("base", base, y), Tie("top", top, x)], Tie("top", top, y), None
+        return [Tie("base", base, x), Tie("base", base, y), Tie("top", top, x)], [Tie("top", top, y)], None
     if isinstance(specimen, SingleCrack):
         t = np.radians(specimen.drive_angle)
         along = specimen.turned(float(np.sin(t)), float(np.cos(t)))
@@ -49,9 +52,9 @@ def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], Tie, Tie | None]:
             supports.append(Tie("base_corner", sets["base_corner"], across))
         else:
             supports += [Tie("base", sets["base"], across), Tie("top", sets["top"], across)]
-        return supports, Tie("top", sets["top"], along), None
+        return supports, [Tie("top", sets["top"], along)], None
     supports = [Tie("supports", _nodes(mesh, "supports", at), direction) for at, direction in specimen.supports]
-    return supports, Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1]), None
+    return supports, [Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1])], None
 
 
 def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, float]) -> Index:
@@ -70,17 +73,23 @@ def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, float]) -> Ind
     return np.flatnonzero(distance < 1e-6 * size)
 
 
-def gauge(scene: Scene, mesh: meshio.Mesh, interface: Interface) -> dict[str, Array]:
-    """Opening and sliding as linear measures of the mesh nodes' displacements, (2 m,) each."""
+def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str, Array]:
+    """Opening and sliding as linear measures of the mesh nodes' displacements, (2 m,) each; `faces` are those of the
+    crack path, if there is one."""
     specimen = scene.specimen
-    share = interface.weights / interface.area
     if isinstance(specimen, UserMesh):
         has_gauge = specimen.gauge_minus is not None
     else:
-        has_gauge = specimen.gauge > 0
+        has_gauge = getattr(specimen, "gauge", 0.0) > 0
+    mean = np.zeros(2) if faces is None else faces.weights @ faces.normals / faces.area
     if not has_gauge:  # the mean jump over the crack
+        if faces is None:
+            keys = "gauge_minus, specimen.gauge_plus" if isinstance(specimen, UserMesh) else "gauge"
+            raise SceneError(
+                f"specimen.{keys}: this band has no faces whose mean jump could be the opening; expected a gauge"
+            )
         return {
-            name: interface.jump_operator.T @ np.kron(share, unit)
+            name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
             for name, unit in (("opening", [1.0, 0.0]), ("sliding", [0.0, 1.0]))
         }
     if isinstance(specimen, UserMesh):
@@ -88,7 +97,12 @@ def gauge(scene: Scene, mesh: meshio.Mesh, interface: Interface) -> dict[str, Ar
     else:
         plus = mesh.point_sets["gauge_plus"]
         minus = mesh.point_sets.get("gauge_minus", plus)
-    normal = _gauge_normal(specimen, share @ interface.normals)
+    if faces is None and isinstance(specimen, SingleCrack):
+        normal = np.array(specimen.normal)
+    elif faces is None and isinstance(specimen, UserMesh):  # without a path, from one place to the other
+        normal = _gauge_normal(specimen, mesh.points[plus].mean(axis=0) - mesh.points[minus].mean(axis=0))
+    else:
+        normal = _gauge_normal(specimen, mean)
     measures = {}
     for name, direction in (("opening", normal), ("sliding", np.array([normal[1], -normal[0]]))):
         row = np.zeros(2 * len(mesh.points))

@@ -1,4 +1,4 @@
-"""Zero-thickness interface elements: jump, rotation to the crack frame, quadrature.
+"""Zero-thickness interface elements: jump, rotation to the crack frame, quadrature, and the law at their points.
 
 A crack cell lists the nodes of its minus side, then of its plus side, as the perimeter of the quadrilateral
 into which it opens: `quad` = [a-, b-, b+, a+], `quad8` = [a-, b-, b+, a+, mid-, b-, mid+, a+]. With the tangent from
@@ -12,6 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+
+from .concrete import Concrete
+from .crackplane import CrackPlane
 
 Array = NDArray[np.float64]
 
@@ -105,3 +108,65 @@ class Interface:
             normal,
             np.repeat(np.arange(n), q),
         )
+
+
+@dataclass(frozen=True)
+class InterfaceState:
+    """Jump (p, 2) in mm, traction (p, 2) in MPa and history Z (p,) in mm of all points."""
+
+    deformation: Array
+    stress: Array
+    Z: Array
+
+
+@dataclass(frozen=True)
+class InterfaceLaw:
+    """The crack-plane law at p interface points: a `PointLaw` whose deformation is the jump, its stress the traction."""
+
+    law: CrackPlane
+    size: int
+    quantity = "jump in mm"
+
+    @property
+    def concrete(self) -> Concrete:
+        return self.law.concrete
+
+    @property
+    def onset(self) -> float:
+        return float(self.law.Zt)
+
+    def initial(self) -> InterfaceState:
+        zeros = np.zeros((self.size, 2))
+        return InterfaceState(zeros, zeros, np.full(self.size, self.law.Zt))
+
+    def elastic(self) -> Array:
+        return np.broadcast_to(np.diag(self.law.stiffness(2)), (self.size, 2, 2))
+
+    def update(self, deformation: Array, start: InterfaceState, frozen: bool = False) -> tuple[InterfaceState, Array]:
+        traction, tangent, Z = self.law.update(deformation, start.Z, frozen)
+        return InterfaceState(deformation, traction, Z), tangent
+
+    def grow(self, start: InterfaceState, state: InterfaceState) -> None:
+        """The planes are there from the beginning."""
+
+    def is_damaging(self, deformation: Array, start: InterfaceState) -> bool:
+        return bool((self.law.traction(deformation, start.Z)[1] > start.Z).any())
+
+    def is_on_surface(self, state: InterfaceState) -> bool:
+        on_surface = self.law.traction(state.deformation, np.zeros_like(state.Z))[1] >= state.Z
+        return bool((on_surface & (state.Z > self.law.Zt)).any())
+
+    def is_gone(self, state: InterfaceState) -> bool:
+        # beyond 3.5 Zm the softening branch is below 1e-7 ft: the traction cannot come back by opening
+        gone = abs(state.stress).max() < 1e-8 * self.concrete.ft
+        return bool(gone) and bool(state.Z.min() > 3.5 * self.concrete.Zm)
+
+    def energies(self, state: InterfaceState) -> tuple[Array, Array]:
+        return np.zeros(self.size), self.law.stored_energy(state.deformation, state.Z)
+
+    def dissipation(self, start: InterfaceState, state: InterfaceState) -> tuple[Array, Array]:
+        return self.law.dissipation(start.deformation, start.Z, state.deformation, state.Z)
+
+    def contact_work(self, start: InterfaceState, state: InterfaceState) -> Array:
+        before, after = (self.law.contact_traction(s.deformation, s.Z) for s in (start, state))
+        return np.asarray(0.5 * np.einsum("ij,ij->i", before + after, state.deformation - start.deformation))

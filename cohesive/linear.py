@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
+Free = sp.csr_array | None
 
 
 class NotConverged(RuntimeError):
@@ -33,8 +34,10 @@ class Stiffness(Protocol):
     def scale(self) -> float:
         """Largest sum of absolute values in a row, for a bound on rounding."""
 
-    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
-        """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last]."""
+    def solve(
+        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+    ) -> Array:
+        """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last], within v = free @ y if given."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +53,25 @@ class DenseStiffness:
     def scale(self) -> float:
         return float(abs(self.matrix).sum(axis=1).max())
 
-    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
+    def solve(
+        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+    ) -> Array:
         n = len(right)
         A = np.empty((n + 1, n + 1), order="F")
         A[:n, :n] = self.matrix
         np.add.at(A, crack[:2], crack[2])
+        if free is not None:
+            inner = free.T @ (free.T @ A[:n, :n].T).T
+            load, row, right, n = free.T @ load, free.T @ row, free.T @ right, free.shape[1]
+            A = np.empty((n + 1, n + 1), order="F")
+            A[:n, :n] = inner
         unit = abs(self.matrix[range(n), range(n)]).max()  # rows of one magnitude, for the pivoting
         A[:n, n], A[n, :n], A[n, n] = -load, unit * row, unit * corner
         lu, pivots, info = scipy.linalg.lapack.dgetrf(A, overwrite_a=True)
         if info:
             raise NotConverged("the tangent stiffness is singular")
-        return np.asarray(scipy.linalg.lapack.dgetrs(lu, pivots, np.append(right, unit * last))[0])
+        result = np.asarray(scipy.linalg.lapack.dgetrs(lu, pivots, np.append(right, unit * last))[0])
+        return result if free is None else np.append(free @ result[:-1], result[-1])
 
 
 @dataclass(frozen=True)
@@ -76,13 +87,18 @@ class SparseStiffness:
     def scale(self) -> float:
         return float(abs(self.matrix).sum(axis=1).max())
 
-    def solve(self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float) -> Array:
+    def solve(
+        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+    ) -> Array:
         rows, columns, values = crack
         A = (self.matrix + sp.coo_array((values, (rows, columns)), shape=self.matrix.shape)).tocsc()
+        if free is not None:
+            A, load, row, right = (free.T @ A @ free).tocsc(), free.T @ load, free.T @ row, free.T @ right
         try:
             factor = spla.splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:
             raise NotConverged("the tangent stiffness is singular") from None
         both = factor.solve(np.stack([right, load], axis=1))
         change = (last - row @ both[:, 0]) / (row @ both[:, 1] + corner)
-        return np.append(both[:, 0] + change * both[:, 1], change)
+        step = both[:, 0] + change * both[:, 1]
+        return np.append(step if free is None else free @ step, change)

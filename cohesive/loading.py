@@ -41,12 +41,15 @@ class Stage:
         after a reversal is a quarter of the others.
     until : {quantity = value}: end the stage where a recorded quantity passes a value, located within 0.1 %.
         Quantities: the columns of the history, and "load_ratio", the load over the largest one so far.
+    angle : of the platen's motion from the normal of its face, degrees, where a specimen's platen moves both ways:
+        0 pulls it away, 90 shears it; it does not move across this direction. Stays until another stage names one.
     """
 
     control: str
     to: Any
     steps: int = 50
     until: Any = None
+    angle: float | None = None
 
     def __post_init__(self) -> None:
         if self.control not in CONTROLS:
@@ -109,6 +112,9 @@ class March:
         before = state
         for number, stage in enumerate(self.stages):
             self._reached = False
+            if stage.angle is not None:
+                self.problem = self.problem.along(stage.angle)
+                before = state = self.problem.at_rest(state)
             for target in stage.targets:
                 for step in self._leg(before, state, stage, number, float(target)):
                     before, state = state, step.trial.state
@@ -177,11 +183,8 @@ class March:
                 size = min(2.0 * size, nominal)
 
     def _advance(self, state: State, control: str, value: float, reversal: bool) -> Trial:
-        if control == "dissipation":
-            law = self.problem.law
-            on_surface = law.traction(state.jump, np.zeros_like(state.Z))[1] >= state.Z
-            if not (on_surface & (state.Z > law.Zt)).any():
-                return self.problem.advance_to_onset(state)
+        if control == "dissipation" and not self.problem.law.is_on_surface(state.points):
+            return self.problem.advance_to_onset(state)
         return self.problem.advance(state, control, value, reversal)
 
     @staticmethod

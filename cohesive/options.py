@@ -23,6 +23,7 @@ class UserMesh:
     supports : list of {at = place, direction = [x, y]}: no motion of these nodes along the direction.
     drive : {at = place, direction = [x, y]}: these nodes move together along the direction.
     gauge_minus, gauge_plus : places between which the opening is measured; without them the mean jump over the crack.
+    band : name of a set of elements, the crack band of the smeared model with band.where = "path".
     """
 
     file: str
@@ -32,6 +33,7 @@ class UserMesh:
     drive: Any
     gauge_minus: Any = None
     gauge_plus: Any = None
+    band: str | None = None
 
     def __post_init__(self) -> None:
         if not self.thickness > 0:
@@ -96,14 +98,49 @@ class InterfaceOptions:
 
 
 @dataclass(frozen=True)
+class BandOptions:
+    """[band], of the smeared model.
+
+    Parameters
+    ----------
+    width : of the band in mm; default: mesh.crack_size.
+    where : "path": the crack path is a row of quadrilaterals, one element wide (first-order triangles would lock
+        and lead the crack along the mesh); "everywhere": the crack may form in any element, refined near the path.
+    max_cracks : crack planes at a point.
+    threshold_angle : least angle between two of them, degrees.
+    tol : on the stress error of the local iteration, relative to ft; the paper takes 1e-6.
+    shear_scaling : eq. (25); without it shear contact depends on the mesh (the paper's Figure 15a).
+    """
+
+    width: float | None = None
+    where: str = "path"
+    max_cracks: int = 3
+    threshold_angle: float = 60.0
+    tol: float = 1e-11
+    shear_scaling: bool = True
+
+    def __post_init__(self) -> None:
+        if self.width is not None and not self.width > 0:
+            raise ValueError(f"width = {self.width!r}: expected a number above 0 in mm")
+        _one_of(self, "where", "path", "everywhere")
+        if not 1 <= self.max_cracks <= 3:
+            raise ValueError(f"max_cracks = {self.max_cracks!r}: expected 1, 2 or 3")
+        if not 0 < self.threshold_angle <= 90:
+            raise ValueError(f"threshold_angle = {self.threshold_angle!r}: expected above 0 and at most 90 degrees")
+        if not 1e-13 <= self.tol <= 1e-2:
+            raise ValueError(f"tol = {self.tol!r}: expected a number between 1e-13 and 0.01")
+
+
+@dataclass(frozen=True)
 class ModelOptions:
     """[model]
 
     Parameters
     ----------
-    kind : "discrete".
+    kind : "discrete" (zero-thickness interface elements) or "smeared" (crack band).
     plane : "stress" or "strain".
     half : model one half of a body that is symmetric about its crack; loads and energies are those of the whole.
+        Discrete only.
     """
 
     kind: str = "discrete"
@@ -111,9 +148,7 @@ class ModelOptions:
     half: bool = False
 
     def __post_init__(self) -> None:
-        if self.kind == "smeared":
-            raise ValueError("kind = 'smeared': this version has the discrete model only; expected 'discrete'")
-        _one_of(self, "kind", "discrete")
+        _one_of(self, "kind", "discrete", "smeared")
         _one_of(self, "plane", "stress", "strain")
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -36,7 +37,7 @@ def save_curve(result: Result, path: Path) -> None:
             band.set_label(f"{reference.label}, band")
             for bound in (reference.load_min, reference.load_max):
                 axes.plot(reference.opening, bound, ".", color="0.6", markersize=4)
-    axes.plot(opening, load, color="C0", label="discrete crack")
+    axes.plot(opening, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
     axes.plot(result.opening_at_peak, result.peak_load, "o", color="C3", markersize=4, label=f"peak {result.peak_load:.4g} N")
     axes.axhline(0.0, color="0.5", linewidth=0.6)
     axes.set(xlabel="opening (mm)", ylabel="load (N)", title=result.scene.title)
@@ -53,7 +54,9 @@ def save_deformed(result: Result, path: Path) -> None:
     size = float(np.ptp(points, axis=0).max())
     factor = _magnification(0.06 * size / max(float(np.hypot(*u.T).max()), 1e-300))
     warped = points + factor * u
-    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in result.model.blocks]
+    faces = [
+        warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*result.model.blocks, *result.model.band)
+    ]
     stress = np.concatenate([major_stress(s) for s in frame.stress])
     low, high = np.percentile(stress, [1, 99])
     span = warped.max(axis=0) - warped.min(axis=0)
@@ -65,9 +68,11 @@ def save_deformed(result: Result, path: Path) -> None:
     )
     body.set_clim(low, max(high, low + 1e-12))
     axes.add_collection(body)
-    for cells in (mesh.cells[-1].data,):
+    if result.model.is_smeared:
+        _draw_planes(axes, result, faces[len(result.model.blocks) :])
+    else:
         for a, b in ((0, 1), (3, 2)):
-            segments = warped[cells[:, [a, b]]]
+            segments = warped[mesh.cells[-1].data[:, [a, b]]]
             axes.plot(*segments.transpose(2, 1, 0), color="C3", linewidth=0.8)
     axes.set_xlim(warped[:, 0].min() - 0.02 * size, warped[:, 0].max() + 0.02 * size)
     axes.set_ylim(warped[:, 1].min() - 0.02 * size, warped[:, 1].max() + 0.02 * size)
@@ -76,6 +81,19 @@ def save_deformed(result: Result, path: Path) -> None:
     axes.set(xlabel="x (mm)", ylabel="y (mm)", title=f"opening {opening:.3g} mm, displacements magnified {factor:g} times")
     figure.colorbar(body, ax=axes, label="major principal stress (MPa)", shrink=0.9, extend="both")
     save(figure, path)
+
+
+def _draw_planes(axes: Axes, result: Result, faces: list[Array]) -> None:
+    """The open crack planes of a band, as lines in the deformed cells that they belong to."""
+    state, cracks = result.last, result.model.cracks
+    planes = state.points.cracks
+    opening = planes.length * planes.strain[:, 0]
+    shown = opening > 0.05 * max(opening.max(initial=0.0), 1e-300)
+    corners = np.concatenate([np.pad(f, ((0, 0), (0, 4 - f.shape[1]), (0, 0)), mode="edge") for f in faces])
+    cell = cracks.cell[planes.point[shown]]
+    centre, size = corners[cell].mean(axis=1), np.ptp(corners[cell], axis=1).min(axis=1)
+    along = 0.5 * size[:, None] * planes.frame[shown, 1]
+    axes.add_collection(LineCollection(np.stack([centre - along, centre + along], axis=1), colors="C3", linewidths=0.8))
 
 
 def _magnification(factor: float) -> float:

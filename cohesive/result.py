@@ -86,14 +86,21 @@ def write_file(path: Path, write: Callable[[Path], None]) -> None:
 
 @dataclass(frozen=True)
 class Frame:
-    """Fields of one step: displacement (m, 2), stress (cells, 3) of each bulk block, crack point values."""
+    """Fields of one step.
+
+    Attributes
+    ----------
+    displacement : (m, 2), mm
+    stress : [xx, yy, xy] of each cell of the elastic blocks, then of those of a band, (n, 3) each, MPa
+    cracks : by name, one value for each crack cell or cell of the band: opening, sliding (mm), damage, traction_n,
+        traction_s (MPa), planes. Of a band the crack plane that is open widest counts; its opening and sliding are
+        l_ch times the fracture strain.
+    """
 
     step: int
     displacement: Array
     stress: list[Array]
-    jump: Array
-    traction: Array
-    damage: Array
+    cracks: dict[str, Array]
 
 
 class Result:
@@ -163,10 +170,15 @@ class Result:
         return self.model.problem
 
     @property
+    def last(self) -> State:
+        """The state at the last row."""
+        return self._states[-1]
+
+    @property
     def full_energy(self) -> float:
-        """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation."""
-        material, law = self.scene.material, self.problem.law
-        return (material.Gf + material.ft**2 * law.width / (2 * material.E)) * self.model.interface.area
+        """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch."""
+        material, cracks = self.scene.material, self.model.cracks
+        return (material.Gf + material.ft**2 * cracks.width / (2 * material.E)) * cracks.area
 
     @property
     def energy_error(self) -> float:
@@ -180,15 +192,18 @@ class Result:
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, as a part of it.
 
-        With the mean jump as gauge, which has no elastic part, the driven motion stands for the opening.
+        With the mean jump as gauge, which has no elastic part, the driven motion stands for the opening. A band
+        adds none: its elements are part of the body.
         """
+        if self.model.is_smeared:
+            return 0.0
         problem = self.problem
         # 1e6 times stiffer: a crack plane without width
-        with_width, without = (problem.response(factor * problem.elastic_tangent()) for factor in (1.0, 1e6))
+        with_width, without = (problem.response(factor * problem.law.elastic()) for factor in (1.0, 1e6))
         if self._gauge_is_elastic:
             row = problem.measures["opening"]
             return float(row @ with_width) / float(row @ without) - 1.0
-        return float(with_width[problem.drive] / without[problem.drive]) - 1.0
+        return float(problem.drive @ with_width) / float(problem.drive @ without) - 1.0
 
     @property
     def _gauge_is_elastic(self) -> bool:
@@ -196,16 +211,17 @@ class Result:
 
     def frame(self, row: int) -> Frame:
         """Fields of a row of the history (0 is the first), recovered from the unknowns."""
-        state = self._states[row]
-        displacement = self.model.recover(state.v)
-        return Frame(
-            int(self.history["step"][row]),
-            displacement,
-            [block.stress(displacement) for block in self.model.blocks],
-            state.jump,
-            state.traction,
-            self.problem.law.damage(state.Z),
-        )
+        state, model = self._states[row], self.model
+        displacement = model.recover(state.v)
+        stress = [block.stress(displacement) for block in model.blocks]
+        stress += model.cracks.cell_stresses(state, [len(block.cells) for block in model.band])
+        return Frame(int(self.history["step"][row]), displacement, stress, model.cracks.cell_values(state))
+
+    def opening_profile(self, row: int) -> tuple[Array, Array]:
+        """Positions (p, 2) and openings (p,) of the points with cracks in a row of the history, mm; of a band l_ch
+        times the fracture strain."""
+        values = self.model.cracks.point_values(self._states[row])
+        return self.model.cracks.where, values["opening"]
 
     def frame_rows(self) -> list[int]:
         """Rows that are written as frames: evenly spread, the peak and the last one."""
@@ -216,31 +232,26 @@ class Result:
 
     def frame_mesh(self, frame: Frame) -> meshio.Mesh:
         """Bulk and crack cells with the fields of a frame; warp by `displacement` to see the crack open."""
-        mesh, interface = self.model.mesh, self.model.interface
-        n_crack = len(mesh.cells[-1].data)
+        mesh, n = self.model.mesh, sum(len(block.cells) for block in self.model.blocks)
         points = np.column_stack([mesh.points, np.zeros(len(mesh.points))])
         displacement = np.column_stack([frame.displacement, np.zeros(len(points))])
-        count = np.bincount(interface.cell, minlength=n_crack)
-        crack_values = {
-            "opening": frame.jump[:, 0], "sliding": frame.jump[:, 1], "damage": frame.damage,
-            "traction_n": frame.traction[:, 0], "traction_s": frame.traction[:, 1],
-        }  # fmt: skip
+        total = sum(len(block.data) for block in mesh.cells)
         # cells that a field does not belong to carry 0: NaN would break readers of the ASCII format
-        data: dict[str, list[Array]] = {
-            name: [*(np.zeros(len(s)) for s in frame.stress), np.bincount(interface.cell, values, n_crack) / count]
-            for name, values in crack_values.items()
-        }
-        for i, name in enumerate(("stress_xx", "stress_yy", "stress_xy")):
-            data[name] = [*(s[:, i] for s in frame.stress), np.zeros(n_crack)]
-        data["stress_max"] = [*(major_stress(s) for s in frame.stress), np.zeros(n_crack)]
-        data["is_crack"] = [*(np.zeros(len(s)) for s in frame.stress), np.ones(n_crack)]
+        flat = {name: np.r_[np.zeros(n), values] for name, values in frame.cracks.items()}
+        flat["is_crack"] = np.r_[np.zeros(n), np.ones(total - n)]
+        stress = np.concatenate(frame.stress)
+        stress = np.concatenate([stress, np.zeros((total - len(stress), 3))])
+        flat |= {name: stress[:, i] for i, name in enumerate(("stress_xx", "stress_yy", "stress_xy"))}
+        flat["stress_max"] = major_stress(stress)
+        ends = np.cumsum([len(block.data) for block in mesh.cells])[:-1]
+        data = {name: np.split(values, ends) for name, values in flat.items()}
         return meshio.Mesh(points, [(b.type, b.data) for b in mesh.cells], {"displacement": displacement}, data)
 
     def summary(self) -> str:
         """The printed summary."""
         from .simulation import describe
 
-        h, problem = self.history, self.problem
+        h, w = self.history, "l_ch" if self.model.is_smeared else "w"
         lines = [self.scene.title, *describe(self.scene, self.model)]
         lines += self.notes
         if not len(self._states):
@@ -257,14 +268,13 @@ class Result:
         timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.timings.items())
         lines += [
             f"peak load: {self.peak_load:.5g} N at opening {self.opening_at_peak:.4g} mm{peak}",
-            f"dissipated: {h['dissipated'][-1]:.5g} N mm of {self.full_energy:.5g} N mm = (Gf + ft^2 w / 2E) x crack area; "
+            f"dissipated: {h['dissipated'][-1]:.5g} N mm of {self.full_energy:.5g} N mm = (Gf + ft^2 {w} / 2E) x crack area; "
             f"{rest}; the last load is {100 * last:.1f} % of the largest",
             f"energy balance: work {h['work'][-1]:.5g} = "
             + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
             + f" N mm, error {self.energy_error:.1e} of the work"
             + (": smaller steps will close it" if self.energy_error > 1e-2 else ""),
-            f"elastic compliance of {'the opening' if self._gauge_is_elastic else 'the driven motion'}: "
-            f"+{100 * self.added_compliance():.2f} % from the interface width of {problem.law.width:.3g} mm",
+            *self._width_lines(),
             f"steps: {len(self._states)}, iterations: {self.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
         ]
         if self.reference is not None:
@@ -276,6 +286,27 @@ class Result:
                 if not inside
             ]
         return "\n".join(lines)
+
+    def _width_lines(self) -> list[str]:
+        """What the width of the crack plane does."""
+        cracks = self.model.cracks
+        if not self.model.is_smeared:
+            what = "the opening" if self._gauge_is_elastic else "the driven motion"
+            return [
+                f"elastic compliance of {what}: +{100 * self.added_compliance():.2f} % from the interface width of "
+                f"{cracks.width:.3g} mm"
+            ]
+        planes = self._states[-1].points.cracks
+        damaged = planes.Z > cracks.law.plane.of_width(planes.length).Zt
+        if not damaged.any():
+            return ["no crack has opened"]
+        count = np.bincount(planes.point[damaged])
+        lengths = planes.length[damaged]
+        excess = self.scene.material.ft**2 * lengths.mean() / (2 * self.scene.material.E * self.scene.material.Gf)
+        return [
+            f"cracks: {damaged.sum()} damaged planes at {(count > 0).sum()} points, l_ch {lengths.min():.3g} to "
+            f"{lengths.max():.3g} mm, which adds {100 * excess:.1f} % to Gf"
+        ]
 
     def save(self, folder: str | Path) -> None:
         """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json.
@@ -339,7 +370,8 @@ class Result:
             "dissipated_energy": self.dissipated_energy,
             "full_energy": self.full_energy,
             "energy_error": self.energy_error,
-            "width": self.problem.law.width,
+            "model": self.scene.model.kind,
+            "width": self.model.cracks.width,
             "reduction": self.model.reduction,
             "total_dofs": self.total_dofs,
             "active_dofs": self.active_dofs,

@@ -17,22 +17,23 @@ from typing import Any
 
 import numpy as np
 
-from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack
+from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SandwichPanel, SingleCrack
 
 from .concrete import PRESETS, Concrete
 from .loading import Stage
-from .options import InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions, UserMesh
+from .options import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions, UserMesh
 
 
 class SceneError(ValueError):
     """A scene that cannot be used; the message names the key, its value and what was expected."""
 
 
-Specimen = NotchedBeam | NotchedTension | SingleCrack | UserMesh
+Specimen = NotchedBeam | NotchedTension | SandwichPanel | SingleCrack | UserMesh
 
 SPECIMENS: dict[str, type[Specimen]] = {
     "notched-beam": NotchedBeam,
     "notched-tension": NotchedTension,
+    "sandwich-panel": SandwichPanel,
     "single-crack": SingleCrack,
     "mesh": UserMesh,
 }
@@ -55,7 +56,7 @@ class Scene:
     Attributes
     ----------
     data : dict, as given (a copy)
-    title, specimen, sizes, material, interface, model, stages, solver, reference, output : checked parts
+    title, specimen, sizes, material, interface, model, band, stages, solver, reference, output : checked parts
     """
 
     def __init__(self, data: Mapping[str, Any], folder: str | Path = ".") -> None:
@@ -84,13 +85,14 @@ class Scene:
         self.material = _material(_table(self.data, "material", required=True))
         self.interface = _build(InterfaceOptions, _table(self.data, "interface"), "interface")
         self.model = _build(ModelOptions, _table(self.data, "model"), "model")
-        for key in _table(self.data, "band"):
-            raise SceneError(f"band.{key}: this version has the discrete model only; expected [band] without keys, or none")
+        self.band = _build(BandOptions, _table(self.data, "band"), "band")
         self.solver = _build(SolverOptions, _table(self.data, "solver"), "solver")
         self.output = _build(OutputOptions, _table(self.data, "output"), "output")
         self.reference = (
             _build(ReferenceOptions, _table(self.data, "reference"), "reference") if "reference" in self.data else None
         )
+        if self.model.half and self.model.kind == "smeared":
+            raise SceneError("model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'")
         if self.model.half and not getattr(self.specimen, "is_symmetric", False):
             raise SceneError(
                 f"model.half = true: this {kind} is not symmetric about its crack; expected a notched-beam with its notch at "

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import meshio
@@ -13,17 +12,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from meshing import MeshError, read_mesh
+from meshing import MeshError, read_band_mesh, read_mesh
 
-from .assembly import CrackPoints, Unknowns, bulk_stiffness
-from .concrete import Concrete
+from .assembly import Points, Unknowns, bulk_stiffness
 from .condensation import Condensed, nested_dissection
 from .continuum import ElasticBlock, ElementError, elasticity
-from .crackplane import CrackPlane
 from .fixtures import gauge, ties
-from .interface import Interface
 from .linear import DenseStiffness, NotConverged, SparseStiffness, Stiffness
 from .loading import March, Step
+from .model import Model, band_note, band_part, interface_part
 from .options import UserMesh
 from .reference import load_reference
 from .result import HistoryWriter, Result
@@ -33,63 +30,8 @@ from .solver import Problem, State
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: the default width of the interface: this part of the crack length, and at most this part of E Gf / ft^2
-WIDTH_OF_CRACK, WIDTH_OF_MATERIAL = 0.01, 0.004
-
 #: above this number of active unknowns a dense matrix is not worth its memory (0.8 GB)
 _LARGEST_DENSE = 10_000
-
-
-@dataclass(frozen=True)
-class Model:
-    """A meshed and assembled scene, ready for the march.
-
-    Attributes
-    ----------
-    mesh : meshio.Mesh with crack cells
-    blocks : the elastic elements
-    interface : integration points of the crack
-    problem : Problem on the active unknowns (all of them, where nothing is condensed)
-    recover : displacements of the mesh nodes, (m, 2), from the unknowns of `problem`
-    total_dofs, active_dofs : numbers of unknowns
-    reduction : "condensed" or "none"
-    timings : seconds, "mesh", "assemble" and "condense"
-    """
-
-    mesh: meshio.Mesh
-    blocks: list[ElasticBlock]
-    interface: Interface
-    problem: Problem
-    recover: Callable[[Array], Array]
-    total_dofs: int
-    active_dofs: int
-    reduction: str
-    timings: dict[str, float]
-
-    def record(self, state: State) -> dict[str, float]:
-        """The quantities of the history that belong to a state."""
-        problem = self.problem
-        mean = problem.points.weights @ state.traction / problem.points.weights.sum()
-        return {
-            "load": state.load,
-            "opening": problem.measure("opening", state),
-            "sliding": problem.measure("sliding", state),
-            "driven": problem.measure("driven", state),
-            "stress_n": float(mean[0]),
-            "stress_s": float(mean[1]),
-            "work": state.work,
-            "elastic": state.elastic,
-            "stored": state.stored,
-            "dissipated": state.dissipated,
-            "contact_work": state.contact_work,
-        }
-
-
-def default_width(crack_length: float, concrete: Concrete) -> float:
-    """Width of the crack plane in mm where the scene names none: the smaller of 1 % of the crack length and
-    0.4 % of E Gf / ft^2. On the built-in beam it costs less than 1 % of the load at small opening and of the
-    peak against a vanishing width."""
-    return min(WIDTH_OF_CRACK * crack_length, WIDTH_OF_MATERIAL * concrete.characteristic_length)
 
 
 def build(scene: Scene) -> Model:
@@ -110,39 +52,44 @@ def build(scene: Scene) -> Model:
     timings["mesh"] = time.perf_counter() - clock
 
     clock = time.perf_counter()
-    thickness = scene.specimen.thickness
     points = np.asarray(mesh.points, dtype=float)
     D = elasticity(scene.material.E, scene.material.nu, scene.model.plane)
-    *bulk, crack = mesh.cells
-    blocks = [ElasticBlock(block.type, points, block.data, D, thickness) for block in bulk]
-    interface = Interface.from_cells(crack.type, points, crack.data, thickness, scene.interface.quadrature)
+    smeared = scene.model.kind == "smeared"
+    is_band = [smeared and (scene.band.where == "everywhere" or i in _band_blocks(mesh)) for i in range(len(mesh.cells))]
+    elastic, cracking = (
+        [
+            ElasticBlock(block.type, points, block.data, D, scene.specimen.thickness)
+            for block, in_band in zip(mesh.cells if smeared else mesh.cells[:-1], is_band, strict=False)
+            if in_band == wanted
+        ]
+        for wanted in (False, True)
+    )
     original: Index = mesh.point_data["original"]
-    on_crack = np.isin(original, original[crack.data])
-    leader = np.where(on_crack, original, np.arange(len(original)))
-    supports, drive, mirror = ties(scene, mesh)
+    leader, last = np.arange(len(original)), np.unique(np.concatenate([b.cells.ravel() for b in cracking] or [[]])).astype(int)
+    if not smeared:
+        on_crack = np.isin(original, original[mesh.cells[-1].data])
+        leader, last = np.where(on_crack, original, leader), np.flatnonzero(on_crack)
     try:
-        unknowns = Unknowns.build(leader, supports, drive, mirror)
-        K = bulk_stiffness(blocks, len(points), unknowns.transform)
+        cracks = band_part(scene, mesh, cracking) if smeared else interface_part(scene, mesh)
+        supports, drives, mirror = ties(scene, mesh)
+        unknowns = Unknowns.build(leader, supports, drives, mirror)
+        K = bulk_stiffness(elastic, len(points), unknowns.transform)
         if scene.model.half:
             K *= 2.0  # load and energies are those of the whole
     except ElementError as error:
         raise MeshError(str(error)) from None
+    except SceneError:
+        raise
     except ValueError as error:
         raise SceneError(f"specimen.{error}") from None
-    crack_length = interface.area / thickness
-    width = scene.interface.width
-    if width is None:
-        width = default_width(crack_length, scene.material)
-    _check_units(scene, crack_length, width)
-    law = CrackPlane(scene.material, None if isinstance(width, str) else width)  # a string is "h"
-    jump_operator = _clean(interface.jump_operator @ unknowns.transform)
-    measures = {name: row @ unknowns.transform for name, row in gauge(scene, mesh, interface).items()}
+    operator = _clean(cracks.operator @ unknowns.transform)
+    measures = {name: row @ unknowns.transform for name, row in gauge(scene, mesh, cracks.faces).items()}
     timings["assemble"] = time.perf_counter() - clock
 
     clock = time.perf_counter()
     seen = np.zeros(K.shape[0], dtype=bool)
-    seen[jump_operator.indices] = True
-    seen[unknowns.drive] = True
+    seen[operator.indices] = True
+    seen[unknowns.drives] = True
     for row in measures.values():
         seen |= abs(row) > 1e-12
     active = np.flatnonzero(seen)
@@ -152,37 +99,40 @@ def build(scene: Scene) -> Model:
     stiffness: Stiffness
     if reduction == "condensed":
         try:
-            order = nested_dissection(points, [leader[block.data] for block in bulk], np.flatnonzero(on_crack))
+            order = nested_dissection(points, [leader[block.cells] for block in elastic], last)
             condensed = Condensed.eliminate(K, active, unknowns.node, order)
         except ValueError as error:
             raise SceneError(f"specimen: {error}") from None
         stiffness = DenseStiffness(condensed.stiffness)
         number = np.full(K.shape[0], -1)
         number[active] = np.arange(len(active))
-        jump_operator = jump_operator[:, active].tocsr()
+        operator = operator[:, active].tocsr()
         measures = {name: row[active] for name, row in measures.items()}
-        drive_number = int(number[unknowns.drive])
+        drives_at = number[unknowns.drives]
 
         def recover(v: Array) -> Array:
             return np.asarray(unknowns.transform @ condensed.recover(v)).reshape(-1, 2)
     else:
-        stiffness, drive_number = SparseStiffness(K), unknowns.drive
+        stiffness, drives_at = SparseStiffness(K), unknowns.drives
 
         def recover(v: Array) -> Array:
             return np.asarray(unknowns.transform @ v).reshape(-1, 2)
 
     timings["condense"] = time.perf_counter() - clock
     problem = Problem(
-        law,
-        CrackPoints.build(jump_operator, interface.weights, interface.points),
+        cracks.law,
+        Points.build(operator, cracks.weights, cracks.where),
         stiffness,
-        drive_number,
+        drives_at,
+        np.eye(len(drives_at))[0],
+        cracks.area,
         measures,
         scene.solver.tol,
     )
     if not problem.is_held():
         raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
-    return Model(mesh, blocks, interface, problem, recover, K.shape[0], len(measures["opening"]), reduction, timings)
+    n_active = len(measures["opening"])
+    return Model(mesh, elastic, cracking, cracks, problem, recover, K.shape[0], n_active, reduction, timings)
 
 
 def run(
@@ -217,8 +167,10 @@ def run(
         scene = scene.with_(**{"model.kind": model})
     reference = load_reference(scene)
     built = build(scene)
-    _check_stages(scene, built.problem)
+    _check_stages(scene, built.problem, built.cracks.width)
     march = March(built.problem, scene.stages, built.record)
+    if built.is_smeared and (warning := band_note(scene, built.cracks.width)):
+        march.notes.append(warning)
     rows: list[dict[str, float]] = []
     states: list[State] = []
     clock = time.perf_counter()
@@ -251,36 +203,36 @@ def run(
 
 
 def _mesh(scene: Scene) -> meshio.Mesh:
-    if isinstance(scene.specimen, UserMesh):
-        return read_mesh(scene.file(scene.specimen.file), scene.specimen.crack)
+    specimen, smeared = scene.specimen, scene.model.kind == "smeared"
+    everywhere = scene.band.where == "everywhere"
+    if isinstance(specimen, UserMesh):
+        if not smeared:
+            return read_mesh(scene.file(specimen.file), specimen.crack)
+        if specimen.band is None and not everywhere:
+            raise MeshError("band is missing: expected the name of the set of elements that form the band, or "
+                            "band.where = 'everywhere'")  # fmt: skip
+        return read_band_mesh(scene.file(specimen.file), None if everywhere else specimen.band)
     assert scene.sizes is not None
-    return scene.specimen.mesh(scene.sizes, scene.model.half)
+    if smeared and everywhere:
+        return specimen.mesh_body(scene.sizes)
+    if smeared:
+        width = scene.sizes.crack_size if scene.band.width is None else scene.band.width
+        return specimen.mesh_band(scene.sizes, width)
+    return specimen.mesh(scene.sizes, scene.model.half)
 
 
-def _check_units(scene: Scene, crack_length: float, width: float | str) -> None:
-    """Refuse numbers that belong to other units: their ratios are far from any concrete's."""
-    m = scene.material
-    if not 1e-6 < m.ft / m.E < 1e-2:
-        raise SceneError(
-            f"material.E = {m.E:g}, material.ft = {m.ft:g}: ft / E = {m.ft / m.E:.1e}; expected about 1e-4, both in MPa"
-        )
-    if m.Zm > crack_length:
-        raise SceneError(
-            f"material.Gf = {m.Gf:g}: softening would end at an opening of {m.Zm:.3g} mm, more than the crack's length of "
-            f"{crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm"
-        )
-    if not isinstance(width, str) and not 1e-6 * crack_length <= width <= max(m.h, crack_length):
-        raise SceneError(
-            f"interface.width = {width:g}: expected between {1e-6 * crack_length:.1e} and {max(m.h, crack_length):g} mm"
-        )
+def _band_blocks(mesh: meshio.Mesh) -> list[int]:
+    return [i for i, cells in enumerate((mesh.cell_sets or {}).get("band", [])) if len(cells)]
 
 
-def _check_stages(scene: Scene, problem: Problem) -> None:
+def _check_stages(scene: Scene, problem: Problem, width: float) -> None:
     """Refuse targets that this body cannot reach."""
-    m, law = scene.material, problem.law
+    m = scene.material
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
-    available = shear * (m.Gf + m.ft**2 * law.width / (2 * m.E)) * float(problem.points.weights.sum())
+    available = shear * (m.Gf + m.ft**2 * width / (2 * m.E)) * problem.area
     for i, stage in enumerate(scene.stages):
+        if stage.angle is not None and len(problem.drives) == 1:
+            raise SceneError(f"stage.{i}.angle = {stage.angle:g}: this specimen is driven in one direction; expected no angle")
         if stage.control == "dissipation" and max(stage.targets) > available:
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less"
@@ -289,7 +241,7 @@ def _check_stages(scene: Scene, problem: Problem) -> None:
     if first.targets[0] == 0:
         raise SceneError("stage.0.to = 0: the run starts there; expected another first target")
     if first.control in problem.measures:
-        elastic = problem.response(problem.elastic_tangent())
+        elastic = problem.response(problem.law.elastic())
         row = problem.measures[first.control]
         if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
             raise SceneError(
@@ -313,14 +265,25 @@ def _dense_is_cheaper(active: int, total: int) -> bool:
 
 def describe(scene: Scene, model: Model) -> Sequence[str]:
     """Three lines: what was modelled, how, and what was left out."""
-    n_bulk = sum(len(block.cells) for block in model.blocks)
-    kinds = " and ".join(sorted({block.kind for block in model.blocks}))
+
+    def count(blocks: Sequence[ElasticBlock]) -> str:
+        kinds = " and ".join(sorted({block.kind for block in blocks}))
+        return f"{sum(len(block.cells) for block in blocks)} {{}}{kinds} elements"
+
     whole = "one half of a symmetric body, " if scene.model.half else ""
+    bulk = count(model.blocks).format("linear elastic ") + " and " if model.blocks else ""
+    points = f"{len(model.cracks.weights)} points"
+    if model.is_smeared:
+        cracks = f"a crack band of {count(model.band).format('')}, {points}, width {model.cracks.width:.3g} mm"
+        if scene.band.where == "everywhere":
+            cracks = f"{count(model.band).format('')} that may crack, {points}"
+        left_out = "cracks off the band, " if scene.band.where == "path" else ""
+    else:
+        cracks = f"{len(model.mesh.cells[-1].data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
+        left_out = "cracks off the given path, "
     return (
-        f"modelled: {whole}{n_bulk} linear elastic {kinds} elements in plane "
-        f"{scene.model.plane}; {len(model.mesh.cells[-1].data)} zero-thickness crack cells, "
-        f"{len(model.interface.weights)} points, width {model.problem.law.width:.3g} mm",
+        f"modelled: {whole}{bulk}{cracks}, in plane {scene.model.plane}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
         + (", the rest eliminated once" if model.reduction == "condensed" else ", nothing condensed"),
-        "left out: cracks off the given path, crushing, time, temperature, large rotations",
+        f"left out: {left_out}crushing, time, temperature, large rotations",
     )

@@ -51,10 +51,10 @@ def analysis(crack_size: float, far_size: float, shape: str, order: int) -> dict
     full = build(scene.with_(**{"solver.reduction": "none"}))
     problem = full.problem
     assert isinstance(problem.stiffness, SparseStiffness)
-    rows, columns, values = problem.points.stiffness(problem.elastic_tangent())
+    rows, columns, values = problem.points.stiffness(problem.law.elastic())
     K = (problem.stiffness.matrix + sp.coo_array((values, (rows, columns)), shape=problem.stiffness.matrix.shape)).tocsc()
     load = np.zeros(K.shape[0])
-    load[problem.drive] = 1.0
+    load[problem.drives] = 1.0
 
     def elastic() -> object:
         return spla.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve(load)

@@ -1,18 +1,25 @@
 """Notched plane specimens with the crack path inserted beforehand, as meshio meshes. Knows no mechanics."""
 
+from .band import mesh_band
 from .cracks import insert_cracks
 from .errors import MeshError
-from .plane import MeshSizes, mesh_polygon
-from .reader import read_mesh
-from .specimens import NotchedBeam, NotchedTension, SingleCrack
+from .plane import Body, MeshSizes, mesh_body, mesh_polygon
+from .reader import read_band_mesh, read_mesh
+from .specimens import NotchedBeam, NotchedTension, SandwichPanel, SingleCrack, Specimen
 
 __all__ = [
+    "Body",
     "MeshError",
     "MeshSizes",
     "NotchedBeam",
     "NotchedTension",
+    "SandwichPanel",
     "SingleCrack",
+    "Specimen",
     "insert_cracks",
+    "mesh_band",
+    "mesh_body",
     "mesh_polygon",
+    "read_band_mesh",
     "read_mesh",
 ]

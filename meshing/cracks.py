@@ -143,13 +143,9 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     MeshError
         For an edge that is not in the mesh or lies on its boundary, mixed orders, or a path that cuts nothing.
     """
-    cells = [(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in EDGES]
-    if not cells:
-        raise MeshError(f"the mesh has no cells of type {', '.join(EDGES)}")
-    if len({len(EDGES[kind][0]) for kind, _ in cells}) > 1:
-        raise MeshError(f"the mesh mixes first and second order cells: {', '.join(kind for kind, _ in cells)}")
-    star = _Star.of(cells)
     slit = np.empty((0, 2), dtype=np.int64) if slit is None else slit
+    cells = plane_cells(mesh)
+    star = _Star.of(cells)
     minus_row, plus_row = _sides(star, np.concatenate([crack, slit]), mesh.points)
     cut = np.unique(star.edge[minus_row])
     if len(cut) < len(minus_row):
@@ -170,6 +166,49 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
             "edge or another one; expected at least two element edges in a row"
         )
     return _with_crack_cells(mesh, cells, original, minus, plus)
+
+
+def cut_slits(mesh: meshio.Mesh, slit: Index) -> meshio.Mesh:
+    """A copy of `mesh` that is cut along the edges `slit` (n, 2), without crack cells.
+
+    Returns
+    -------
+    meshio.Mesh
+        The blocks of `mesh` in their order, with doubled nodes; the cell set `body` of them all. Point sets grow by
+        the copies of their nodes. `point_data["original"]` holds the node number before the cut.
+
+    Raises
+    ------
+    MeshError
+        For an edge that is not in the mesh or lies on its boundary, or mixed orders.
+    """
+    cells, original = plane_cells(mesh), np.arange(len(mesh.points))
+    if len(slit):
+        star = _Star.of(cells)
+        minus_row, _ = _sides(star, slit, mesh.points)
+        cells, original = _split(star, cells, np.unique(star.edge[minus_row]), len(mesh.points))
+    return meshio.Mesh(
+        mesh.points[original],
+        cells,
+        point_data={"original": original},
+        point_sets=_grown(mesh, original),
+        cell_sets={"body": [np.arange(len(block)) for _, block in cells]},
+    )
+
+
+def plane_cells(mesh: meshio.Mesh) -> list[tuple[str, Index]]:
+    """The triangles and quadrilaterals of a mesh; MeshError if it has none, or mixes first and second order."""
+    cells = [(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in EDGES]
+    if not cells:
+        raise MeshError(f"the mesh has no cells of type {', '.join(EDGES)}")
+    if len({len(EDGES[kind][0]) for kind, _ in cells}) > 1:
+        raise MeshError(f"the mesh mixes first and second order cells: {', '.join(kind for kind, _ in cells)}")
+    return cells
+
+
+def _grown(mesh: meshio.Mesh, original: Index) -> dict[str, Index]:
+    """Point sets of a mesh with the copies of their nodes."""
+    return {name: np.flatnonzero(np.isin(original, nodes)) for name, nodes in (mesh.point_sets or {}).items()}
 
 
 def mirror_cracks(mesh: meshio.Mesh, crack: Index) -> meshio.Mesh:
@@ -217,7 +256,7 @@ def _with_crack_cells(
         mesh.points[original],
         [*cells, (CRACK_CELLS[plus.shape[1]], crack_cells)],
         point_data={"original": original},
-        point_sets={name: np.flatnonzero(np.isin(original, nodes)) for name, nodes in (mesh.point_sets or {}).items()},
+        point_sets=_grown(mesh, original),
         cell_sets={"body": [*body, nothing[0]], "crack": [*nothing, np.arange(len(crack_cells))]},
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from types import ModuleType
 
@@ -13,7 +13,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from .cracks import Line, Point, edges_on_path, insert_cracks, mirror_cracks, nodes_on_segment, path_length
+from .cracks import Line, Point, cut_slits, edges_on_path, insert_cracks, mirror_cracks, nodes_on_segment, path_length
 from .errors import MeshError
 
 Array = NDArray[np.float64]
@@ -24,6 +24,9 @@ _CELLS = {2: "triangle", 9: "triangle6", 3: "quad", 16: "quad8"}
 
 #: growth of the element size with the distance from the path
 GROWTH = 0.25
+
+#: points nearer than this part of the size of the body are one
+SLACK = 1e-6
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,27 @@ class MeshSizes:
             raise ValueError(f"order = {self.order!r}: expected 1 or 2")
 
 
+@dataclass(frozen=True)
+class Body:
+    """A plane body before it is meshed. Lengths in mm.
+
+    Parameters
+    ----------
+    outline : corners, counter-clockwise.
+    crack, slits : polylines of the crack and of notches without width, inside the body.
+    nodes : points that must be nodes, by the name of the point set they end up in.
+    edges : straight parts of the outline, by the name of the point set of their nodes.
+    half : the crack runs along the outline, and a mirror image stands on its other side.
+    """
+
+    outline: Line
+    crack: Sequence[Line]
+    slits: Sequence[Line] = ()
+    nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
+    edges: Mapping[str, tuple[Point, Point]] = field(default_factory=dict)
+    half: bool = False
+
+
 def load_gmsh() -> ModuleType:
     """The gmsh module, or a MeshError with the install command where its system libraries are missing."""
     try:
@@ -75,7 +99,7 @@ def load_gmsh() -> ModuleType:
 
 
 @contextmanager
-def _session() -> Iterator[ModuleType]:
+def session() -> Iterator[ModuleType]:
     gmsh = load_gmsh()
     gmsh.initialize(interruptible=False)
     try:
@@ -96,19 +120,15 @@ def mesh_polygon(
     sizes: MeshSizes,
     slits: Sequence[Line] = (),
     nodes: Mapping[str, Sequence[Point]] | None = None,
-    edges: dict[str, tuple[Point, Point]] | None = None,
+    edges: Mapping[str, tuple[Point, Point]] | None = None,
     half: bool = False,
 ) -> meshio.Mesh:
     """Mesh a polygon, cut it along `crack` (with crack cells) and `slits` (without).
 
     Parameters
     ----------
-    outline : corners of the body, counter-clockwise.
-    crack, slits : polylines inside the body; the mesh conforms to them.
+    outline, crack, slits, nodes, edges, half : as those of `Body`.
     sizes : MeshSizes
-    nodes : points that must be nodes, by the name of the point set they end up in.
-    edges : straight parts of the outline, by the name of the point set of their nodes.
-    half : the crack runs along the outline, and a mirror image stands on its other side.
 
     Returns
     -------
@@ -120,45 +140,88 @@ def mesh_polygon(
     MeshError
         Naming the entity: a polyline that is degenerate or leaves the body, a point outside it.
     """
-    nodes, edges = nodes or {}, edges or {}
-    path_length("crack", crack), path_length("notch", slits)  # gmsh has no word for a line without length
-    with _session() as gmsh:
-        occ = gmsh.model.occ
-        corners = [occ.addPoint(*p, 0) for p in outline]
-        loop = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-        face = (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
-        tools: list[tuple[int, int]] = []
-        for line in (*crack, *slits):
-            tags = [occ.addPoint(*p, 0) for p in line]
-            tools += [(1, occ.addLine(a, b)) for a, b in pairwise(tags)]
-        n_crack = sum(len(line) - 1 for line in crack)
-        tools += [(0, occ.addPoint(*p, 0)) for group in nodes.values() for p in group]
-        _, image = occ.fragment([face], tools)
-        occ.synchronize()
-        _set_sizes(gmsh, [tag for pieces in image[1 : 1 + n_crack] for dim, tag in pieces if dim == 1], sizes)
-        gmsh.model.mesh.generate(2)
-        if sizes.order == 2:
-            gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
-            gmsh.model.mesh.setOrder(2)
-        mesh = _collect(gmsh)
-    mesh.point_sets = {name: np.array([_nearest(mesh, name, p) for p in group]) for name, group in nodes.items()}
-    slack = 1e-6 * float(np.ptp(mesh.points, axis=0).max())
-    mesh.point_sets |= {name: np.flatnonzero(nodes_on_segment(mesh.points, *ends, slack)) for name, ends in edges.items()}
+    body = Body(outline, crack, slits, nodes or {}, edges or {}, half)
+    mesh = _mesh_face(body, sizes, conforming=True)
+    path = edges_on_path(mesh, "crack", crack)
     if half:
-        return mirror_cracks(mesh, edges_on_path(mesh, "crack", crack))
-    return insert_cracks(mesh, edges_on_path(mesh, "crack", crack), edges_on_path(mesh, "notch", slits))
+        return mirror_cracks(mesh, path)
+    return insert_cracks(mesh, path, edges_on_path(mesh, "notch", slits))
 
 
-def _set_sizes(gmsh: ModuleType, crack: list[int], sizes: MeshSizes) -> None:
+def mesh_body(body: Body, sizes: MeshSizes) -> meshio.Mesh:
+    """Mesh a body without its crack, for cracks that may form anywhere.
+
+    Returns
+    -------
+    meshio.Mesh
+        Bulk blocks only, fine near the crack path but not aligned with it; cut along the slits. Cell set `body`,
+        the point sets of `body`, and `point_data["original"]`: the node numbers before the slits were cut.
+
+    Raises
+    ------
+    MeshError
+        As `mesh_polygon`.
+    """
+    mesh = _mesh_face(body, sizes, conforming=False)
+    return cut_slits(mesh, edges_on_path(mesh, "notch", body.slits))
+
+
+def _mesh_face(body: Body, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
+    """The uncut mesh with its point sets; element edges follow the slits, and the crack if `conforming`."""
+    path_length("crack", body.crack), path_length("notch", body.slits)  # gmsh has no word for a line without length
+    with session() as gmsh:
+        occ = gmsh.model.occ
+        face = add_face(gmsh, body.outline)
+        crack = [line for path in body.crack for line in add_lines(gmsh, path)]
+        tools = [*crack] if conforming else []
+        tools += [line for path in body.slits for line in add_lines(gmsh, path)]
+        tools += [(0, occ.addPoint(*p, 0)) for group in body.nodes.values() for p in group]
+        image = [[face]]
+        if tools:
+            _, image = occ.fragment([face], tools)
+        occ.synchronize()
+        # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
+        double = 2.0 if sizes.shape == "quad" else 1.0
+        if conforming:
+            crack = [(dim, tag) for pieces in image[1 : 1 + len(crack)] for dim, tag in pieces if dim == 1]
+            for _, tag in crack:
+                divide(gmsh, tag, double * sizes.crack_size)
+        set_sizes(gmsh, [tag for _, tag in crack], sizes, double)
+        generate(gmsh, sizes)
+        mesh = collect(gmsh)
+    mesh.point_sets = {name: np.array([nearest(mesh, name, p) for p in group]) for name, group in body.nodes.items()}
+    mesh.point_sets |= edge_sets(mesh, body.edges)
+    return mesh
+
+
+def add_face(gmsh: ModuleType, outline: Line) -> tuple[int, int]:
+    """A polygon in gmsh: (2, tag)."""
+    occ = gmsh.model.occ
+    corners = [occ.addPoint(*p, 0) for p in outline]
+    loop = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+    return (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+
+
+def add_lines(gmsh: ModuleType, line: Line) -> list[tuple[int, int]]:
+    tags = [gmsh.model.occ.addPoint(*p, 0) for p in line]
+    return [(1, gmsh.model.occ.addLine(a, b)) for a, b in pairwise(tags)]
+
+
+def divide(gmsh: ModuleType, curve: int, size: float) -> None:
+    """Divide a straight curve evenly, into at least one element."""
+    a, b = (gmsh.model.getValue(0, p, []) for _, p in gmsh.model.getBoundary([(1, curve)], oriented=False))
+    gmsh.model.mesh.setTransfiniteCurve(curve, max(1, round(math.dist(a, b) / size)) + 1)
+
+
+def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor: float) -> None:
+    """Element sizes that grow with the distance from some curves; shape of the elements.
+
+    A `factor` of 2 stands for quadrilaterals that are divided into four in the end, 1 for those that are not.
+    """
     mesh, option = gmsh.model.mesh, gmsh.option.setNumber
-    # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
-    double = 2.0 if sizes.shape == "quad" else 1.0
-    near, far = double * sizes.crack_size, double * sizes.far_size
-    for tag in crack:
-        a, b = (gmsh.model.getValue(0, p, []) for _, p in gmsh.model.getBoundary([(1, tag)], oriented=False))
-        mesh.setTransfiniteCurve(tag, max(1, round(math.dist(a, b) / near)) + 1)
+    near, far = factor * sizes.crack_size, factor * sizes.far_size
     distance = mesh.field.add("Distance")
-    mesh.field.setNumbers(distance, "CurvesList", crack)
+    mesh.field.setNumbers(distance, "CurvesList", curves)
     mesh.field.setNumber(distance, "Sampling", 200)
     size = mesh.field.add("MathEval")
     mesh.field.setString(size, "F", f"Min({far!r}, {near!r} + {GROWTH} * F{distance})")
@@ -169,19 +232,36 @@ def _set_sizes(gmsh: ModuleType, crack: list[int], sizes: MeshSizes) -> None:
         option("Mesh.Algorithm", 8)
         option("Mesh.RecombineAll", 1)
         option("Mesh.RecombinationAlgorithm", 1)
-        option("Mesh.SubdivisionAlgorithm", 1)
+        option("Mesh.SubdivisionAlgorithm", 1 if factor == 2.0 else 0)
     else:
         option("Mesh.Algorithm", 6)
 
 
-def _collect(gmsh: ModuleType) -> meshio.Mesh:
-    """Mesh of the faces; nodes that no face uses are dropped."""
+def generate(gmsh: ModuleType, sizes: MeshSizes) -> None:
+    """The mesh, of second order without interior nodes if so wanted."""
+    gmsh.model.mesh.generate(2)
+    if sizes.order == 2:
+        gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
+        gmsh.model.mesh.setOrder(2)
+
+
+def collect(gmsh: ModuleType, apart: Sequence[int] = ()) -> meshio.Mesh:
+    """Mesh of the faces, a block for each type of cell, then one for each of the quadrilateral faces `apart`.
+
+    Nodes that no face uses are dropped; cells are counter-clockwise.
+    """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    kinds, _, connectivity = gmsh.model.mesh.getElements(2)
-    blocks = [
-        (_CELLS[kind], np.asarray(flat, dtype=np.int64).reshape(-1, gmsh.model.mesh.getElementProperties(kind)[3]))
-        for kind, flat in zip(kinds, connectivity, strict=True)
-    ]
+    bulk: dict[str, list[Index]] = {}
+    last: list[tuple[str, Index]] = []
+    for face in [*(tag for _, tag in gmsh.model.getEntities(2) if tag not in apart), *apart]:
+        kinds, _, connectivity = gmsh.model.mesh.getElements(2, face)
+        for kind, flat in zip(kinds, connectivity, strict=True):
+            cells = np.asarray(flat, dtype=np.int64).reshape(-1, gmsh.model.mesh.getElementProperties(kind)[3])
+            if face in apart:
+                last.append((_CELLS[kind], cells))
+            else:
+                bulk.setdefault(_CELLS[kind], []).append(cells)
+    blocks = [*((kind, np.concatenate(parts)) for kind, parts in bulk.items()), *last]
     used = np.unique(np.concatenate([block.ravel() for _, block in blocks]))
     index = np.zeros(int(max(tags)) + 1, dtype=np.int64)
     index[used] = np.arange(len(used))
@@ -202,9 +282,16 @@ def counter_clockwise(points: Array, cells: Index) -> Index:
     return cells
 
 
-def _nearest(mesh: meshio.Mesh, name: str, point: Point) -> int:
+def nearest(mesh: meshio.Mesh, name: str, point: Point) -> int:
+    """The node at a point, or a MeshError if there is none."""
     distance = np.hypot(*(mesh.points - point).T)
     best = int(distance.argmin())
-    if distance[best] > 1e-6 * np.ptp(mesh.points, axis=0).max():
+    if distance[best] > SLACK * np.ptp(mesh.points, axis=0).max():
         raise MeshError(f"{name} = ({point[0]:g}, {point[1]:g}): expected a point of the body")
     return best
+
+
+def edge_sets(mesh: meshio.Mesh, edges: Mapping[str, tuple[Point, Point]]) -> dict[str, Index]:
+    """Nodes on straight lines, by name."""
+    slack = SLACK * float(np.ptp(mesh.points, axis=0).max())
+    return {name: np.flatnonzero(nodes_on_segment(mesh.points, *ends, slack)) for name, ends in edges.items()}

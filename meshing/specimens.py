@@ -3,19 +3,42 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import meshio
 
+from .band import mesh_band
 from .cracks import Line, Point
 from .errors import MeshError
-from .plane import MeshSizes, mesh_polygon
+from .plane import Body, MeshSizes, mesh_body, mesh_polygon
+
+
+class Specimen(ABC):
+    """What every specimen can be meshed as. Errors of the geometry are MeshErrors that name what is wrong."""
+
+    @abstractmethod
+    def body(self, half: bool = False) -> Body:
+        """The geometry, or one half of it."""
+
+    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
+        """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
+        body = self.body(half)
+        return mesh_polygon(body.outline, body.crack, sizes, body.slits, body.nodes, body.edges, body.half)
+
+    def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
+        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
+        return mesh_band(self.body(), sizes, width)
+
+    def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
+        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.plane.mesh_body`."""
+        return mesh_body(self.body(), sizes)
 
 
 @dataclass(frozen=True)
-class NotchedBeam:
+class NotchedBeam(Specimen):
     """A beam on two supports with a notch in its lower face, loaded at mid-span from above.
 
     Origin at mid-span on the lower face; x along the beam, y upwards. Point sets: `support_left`,
@@ -64,15 +87,15 @@ class NotchedBeam:
         """Whether the half on the plus side of the crack may stand for the whole."""
         return self.notch_position == 0.0 and not self.crack
 
-    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
-        """The mesh with crack cells and point sets, of the left half if so wanted; MeshError for bad geometry."""
+    def body(self, half: bool = False) -> Body:
+        """The geometry, of the left half if so wanted."""
         a, b, x, w = self.length / 2, self.depth, self.notch_position, self.notch_width / 2
         if half:
             corners: list[Point] = [(-a, 0.0), (-w, 0.0), (-w, self.notch), (0.0, self.notch), (0.0, b), (-a, b)]
             points: dict[str, Sequence[Point]] = {"support_left": [(-self.span / 2, 0.0)], "load": [(0.0, b)]}
             if self.gauge:
                 points["gauge_plus"] = [(-self.gauge / 2, 0.0)]
-            return mesh_polygon(_without_repeats(corners), self.paths, sizes, (), points, half=True)
+            return Body(_without_repeats(corners), self.paths, (), points, half=True)
         outline: list[Point] = [(a, 0), (a, b), (-a, b), (-a, 0)]
         slits: list[Line] = []
         if self.notch and self.notch_width:
@@ -86,11 +109,11 @@ class NotchedBeam:
         }
         if self.gauge:
             nodes |= {"gauge_plus": [(x - self.gauge / 2, 0.0)], "gauge_minus": [(x + self.gauge / 2, 0.0)]}
-        return mesh_polygon(outline, self.paths, sizes, slits, nodes)
+        return Body(outline, self.paths, slits, nodes)
 
 
 @dataclass(frozen=True)
-class NotchedTension:
+class NotchedTension(Specimen):
     """A plate with notches at mid-length, pulled between two rigid platens that do not turn.
 
     Origin in the centre; x across the plate, y along the pull. Point sets: `base`, `top` and the gauge
@@ -138,8 +161,8 @@ class NotchedTension:
         """Whether the half on the plus side of the crack may stand for the whole."""
         return not self.crack
 
-    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
-        """The mesh with crack cells and point sets, of the upper half if so wanted; MeshError for bad geometry."""
+    def body(self, half: bool = False) -> Body:
+        """The geometry, of the upper half if so wanted."""
         a, b, w = self.width / 2, self.length / 2, self.notch_width / 2
         tip = a - self.notch
         both = self.notches == "double"
@@ -149,7 +172,7 @@ class NotchedTension:
             corners += [(a, b), (-a, b)]
             points = {"gauge_plus": [(-a, self.gauge / 2), (a, self.gauge / 2)]} if self.gauge else {}
             edge = {"top": ((-a, b), (a, b))}
-            return mesh_polygon(_without_repeats(corners), self.paths, sizes, (), points, edge, half=True)
+            return Body(_without_repeats(corners), self.paths, (), points, edge, half=True)
         outline: list[Point] = [(-a, -b), (a, -b)]
         if self.notch and w and both:
             outline += [(a, -w), (tip, -w), (tip, w), (a, w)]
@@ -165,11 +188,11 @@ class NotchedTension:
         nodes: dict[str, Sequence[Point]] = {}
         if g:
             nodes = {"gauge_minus": [(-a, -g), (a, -g)], "gauge_plus": [(-a, g), (a, g)]}
-        return mesh_polygon(outline, self.paths, sizes, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))})
+        return Body(outline, self.paths, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))})
 
 
 @dataclass(frozen=True)
-class SingleCrack:
+class SingleCrack(Specimen):
     """A rectangular block with one crack through its centre, moved at its top face.
 
     Origin in the centre, before `rotation` turns the whole. Point sets: `base`, `top`, one corner of
@@ -239,8 +262,8 @@ class SingleCrack:
 
     is_symmetric = False
 
-    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
-        """The mesh with crack cells and point sets; MeshError where the geometry does not work."""
+    def body(self, half: bool = False) -> Body:
+        """The geometry; there is no half of it."""
         a, b, g = self.width / 2, self.height / 2, self.gauge / 2
         corners = [self.turned(*p) for p in ((-a, -b), (a, -b), (a, b), (-a, b))]
         nodes: dict[str, Sequence[Point]] = {"base_corner": [corners[0]]}
@@ -248,7 +271,43 @@ class SingleCrack:
             n = self.normal
             nodes |= {"gauge_minus": [(-g * n[0], -g * n[1])], "gauge_plus": [(g * n[0], g * n[1])]}
         edges = {"base": (corners[0], corners[1]), "top": (corners[3], corners[2])}
-        return mesh_polygon(corners, self.paths, sizes, (), nodes, edges)
+        return Body(corners, self.paths, (), nodes, edges)
+
+
+@dataclass(frozen=True)
+class SandwichPanel(Specimen):
+    """A rectangular panel with a layer that cracks across its mid-height, clamped between two rigid platens.
+
+    The layer of cracking material between two elastic blocks of Jefferson and Mihai (2015), Example 1; the paper prints
+    no dimensions. Origin in the centre, x along the layer. Point sets: `base` and `top`. There is no gauge.
+
+    Parameters
+    ----------
+    width, height, thickness : of the panel.
+    """
+
+    width: float
+    height: float
+    thickness: float
+
+    def __post_init__(self) -> None:
+        _positive(self, "width", "height", "thickness")
+
+    @property
+    def paths(self) -> list[Line]:
+        """The crack path."""
+        return [[(-self.width / 2, 0.0), (self.width / 2, 0.0)]]
+
+    # not keys of a scene: the opening is the mean jump over the crack
+    gauge = 0.0
+    is_symmetric = False
+
+    def body(self, half: bool = False) -> Body:
+        """The geometry; there is no half of it."""
+        a, b = self.width / 2, self.height / 2
+        corners: list[Point] = [(-a, -b), (a, -b), (a, b), (-a, b)]
+        edges = {"base": (corners[0], corners[1]), "top": (corners[3], corners[2])}
+        return Body(corners, self.paths, edges=edges)
 
 
 def polylines(crack: Any) -> list[Line]:

@@ -1,0 +1,433 @@
+"""Smeared cracks at the points of a band: eqs (22)-(43) and Box 1 of the paper.
+
+The strain of a point splits into an elastic part and the fracture strains of its crack planes. On each plane the stress
+equals the traction of the crack-plane law at the jump l_ch e, where e is the plane's local strain [normal, engineering
+shear] and l_ch the length of the element along its normal: the law is `CrackPlane` with width l_ch, eq. (24).
+
+    sigma = De ( eps - sum_j N_j^T (e_j - C s_j) ),   s_j = law(l_ch e_j),   psi_i = N_i sigma - s_i = 0     (26)-(30), (41)
+
+With T = ds/de the matrix M = T + N De N^T (I - C T), stacked over the planes of a point, drives the local iteration,
+M de = psi (42), (43), and gives the consistent tangent, M de = N De deps, dsigma = De (deps - N^T (I - C T) de), which
+is eq. (37) without an inverse. Two open planes share shear stress, M is singular and de of minimum norm is taken.
+
+The number of components follows from De: 3 [xx, yy, engineering xy] in the plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .concrete import Concrete
+from .crackplane import CrackPlane
+from .pointlaw import PointFailure
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+MAX_ITERATIONS = 15  # of Box 1
+#: singular values of M below this part of the largest one are taken as 0
+CUT_OFF = 1e-10
+#: a point without a solution is led to its strain from the committed one in so many parts, at most
+_PARTS = (4, 16, 64)
+#: lengths of the local line search
+_LENGTHS = 0.5 ** np.arange(1, 8)
+#: planes due whose excess over ft is at least this part of the largest excess are formed together
+_WORST = 0.5
+
+#: index pairs of the stress components, by the dimension of space
+_PAIRS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))}
+
+
+def stress_transformation(frame: Array) -> Array:
+    """N of eq. (22) and appendix A: stress to the tractions on planes, (n, d, k); its transpose takes local to global strains.
+
+    Parameters
+    ----------
+    frame : (n, d, d) array, rows normal and tangents of each plane, d = 2 or 3; k = 3 or 6 stress components.
+    """
+    normal = frame[:, :1, :]
+    columns = []
+    for i, j in _PAIRS[frame.shape[2]]:
+        column = normal[..., i] * frame[..., j]
+        columns.append(column if i == j else column + normal[..., j] * frame[..., i])
+    return np.stack(columns, axis=2)
+
+
+def stress_tensor(stress: Array) -> Array:
+    """(n, k) stress components as (n, d, d) tensors."""
+    d = 2 if stress.shape[1] == 3 else 3
+    tensor = np.empty((len(stress), d, d))
+    for column, (i, j) in enumerate(_PAIRS[d]):
+        tensor[:, i, j] = tensor[:, j, i] = stress[:, column]
+    return tensor
+
+
+def longest_chord(corners: Array, direction: Array) -> Array:
+    """Length of the longest chord of convex polygons along directions: l_ch, (n,), mm.
+
+    Parameters
+    ----------
+    corners : (n, m, 2) array, counter-clockwise; a polygon with fewer than m repeats its last corner.
+    direction : (n, 2) array, unit vectors.
+    """
+    edge = np.roll(corners, -1, axis=1) - corners
+    outward = np.stack([edge[..., 1], -edge[..., 0]], axis=2)
+    rate = np.einsum("nex,nx->ne", outward, direction)
+    rate[abs(rate) < 1e-9 * np.linalg.norm(edge, axis=2).max(axis=1, keepdims=True)] = 0.0
+    # the longest chord passes through a corner: distance of each corner v from each edge e, seen from inside
+    distance = np.einsum("nex,nvex->nve", outward, corners[:, None] - corners[:, :, None])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = distance / rate[:, None, :]
+    ahead = np.where(rate[:, None] > 0, reach, np.inf).min(axis=2)
+    behind = np.where(rate[:, None] < 0, reach, -np.inf).max(axis=2)
+    return np.asarray((ahead - behind).max(axis=1))
+
+
+@dataclass(frozen=True)
+class Cracks:
+    """The crack planes of all points in one list.
+
+    Attributes
+    ----------
+    point : (c,) array, the point of each plane.
+    frame : (c, d, d) array, rows normal and tangents.
+    length : (c,) array, l_ch, mm.
+    strain : (c, d) array, e.
+    traction : (c, d) array, MPa.
+    Z : (c,) array, mm.
+    slope : (c, d, k) array, de / deps.
+    """
+
+    point: Index
+    frame: Array
+    length: Array
+    strain: Array
+    traction: Array
+    Z: Array
+    slope: Array
+
+    @property
+    def jump(self) -> Array:
+        """Jump that the plane stands for, (c, d), mm."""
+        return self.length[:, None] * self.strain
+
+
+@dataclass(frozen=True)
+class BandState:
+    """Strain (p, k), stress (p, k) in MPa, and the crack planes."""
+
+    deformation: Array
+    stress: Array
+    cracks: Cracks
+
+
+@dataclass(frozen=True)
+class CrackBand:
+    """Smeared cracks at p points: a `PointLaw` whose deformation is the strain.
+
+    Parameters
+    ----------
+    plane : CrackPlane, of any width; each crack takes l_ch for its own.
+    D : (k, k) array, MPa, elasticity.
+    corners : (p, m, 2) array, mm, corners of the element of each point, see `longest_chord`.
+    max_cracks : planes per point.
+    threshold_angle : least angle between the normals of two planes of a point, degrees.
+    tol : on the local stress error, relative to ft.
+    """
+
+    plane: CrackPlane
+    D: Array
+    corners: Array
+    max_cracks: int = 3
+    threshold_angle: float = 60.0
+    tol: float = 1e-11
+    quantity = "strain"
+
+    @property
+    def concrete(self) -> Concrete:
+        return self.plane.concrete
+
+    @property
+    def onset(self) -> float:
+        span = np.ptp(self.corners, axis=1).max(axis=1).min()
+        return float(span) * self.concrete.ft / self.concrete.E
+
+    @property
+    def compliance(self) -> Array:
+        """Diagonal of C, 1/MPa: (d,)."""
+        d = self.corners.shape[2]
+        return np.asarray(1.0 / self.plane.of_width(1.0).stiffness(d))
+
+    def initial(self) -> BandState:
+        p, k, d = len(self.corners), len(self.D), self.corners.shape[2]
+        zeros, none = np.zeros((p, k)), np.zeros((0, d))
+        at = np.zeros(0, dtype=np.intp)
+        cracks = Cracks(at, np.zeros((0, d, d)), np.zeros(0), none, none, np.zeros(0), np.zeros((0, d, k)))
+        return BandState(zeros, zeros, cracks)
+
+    def elastic(self) -> Array:
+        return np.broadcast_to(self.D, (len(self.corners), *self.D.shape))
+
+    def update(self, deformation: Array, start: BandState, frozen: bool = False) -> tuple[BandState, Array]:
+        """Stress and consistent tangent, eqs (30) and (37).
+
+        Parameters
+        ----------
+        deformation : (p, k) array, strain.
+        start : BandState, the last converged one; it is not changed, and no iterate raises its history.
+        frozen : tangent of the unloading branch, where a plane has two.
+
+        Raises
+        ------
+        PointFailure
+            Where the planes of a point have no solution that continues the committed one.
+        """
+        stress = deformation @ self.D.T
+        tangent = self.elastic().copy()
+        cracks = start.cracks
+        e, traction = cracks.strain.copy(), cracks.traction.copy()
+        Z, slope = cracks.Z.copy(), cracks.slope.copy()
+        for points, planes in _groups(cracks.point):
+            group = _Group(self, cracks, planes, deformation[points])
+            solved = group.solve(start.deformation[points], frozen)
+            failed = np.flatnonzero(~solved)
+            if failed.size:
+                worst = int(points[failed[0]])
+                raise PointFailure(
+                    f"the crack planes of {failed.size} point(s) have no solution that continues the last converged one; first",
+                    worst,
+                )
+            stress[points], tangent[points], traction[planes], Z[planes], slope[planes] = group.respond(frozen)
+            e[planes] = group.e.reshape(traction[planes].shape)
+        return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
+
+    def grow(self, start: BandState, state: BandState) -> BandState | None:
+        """One more plane at the points whose major principal stress in `state` exceeds ft most, undamaged in `start`."""
+        m, cracks = self.concrete, state.cracks
+        count = np.bincount(cracks.point, minlength=len(self.corners))
+        value, vector = np.linalg.eigh(stress_tensor(state.stress))
+        value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
+        due = (value > m.ft * (1.0 + 1e-9)) & (count < self.max_cracks)[:, None]
+        # no plane whose normal lies closer than the threshold to one that is there
+        if len(cracks.point):
+            cosine = abs(np.einsum("cwx,cx->cw", normal[cracks.point], cracks.frame[:, 0]))
+            near = cosine > np.cos(np.radians(self.threshold_angle)) + 1e-9
+            crowded = np.zeros_like(due)
+            np.logical_or.at(crowded, cracks.point, near)
+            due &= ~crowded
+        if not due.any():
+            return None
+        which = due.argmax(axis=1)  # the largest one that is due
+        excess = np.where(due.any(axis=1), value[np.arange(len(value)), which] - m.ft, 0.0)
+        points = np.flatnonzero(excess >= _WORST * excess.max())
+        frame = _frames(normal[points, which[points]])
+        # inert in the committed state: its strain there is elastic
+        traction = np.einsum("ndk,nk->nd", stress_transformation(frame), start.stress[points])
+        strain = self.compliance * traction
+        length = longest_chord(self.corners[points], frame[:, 0])
+        old = start.cracks
+        slope = np.zeros((len(points), *old.slope.shape[1:]))
+        fresh = (points, frame, length, strain, traction, self.plane.of_width(length).Zt, slope)
+        names = ("point", "frame", "length", "strain", "traction", "Z", "slope")
+        grown = {name: np.concatenate([getattr(old, name), new]) for name, new in zip(names, fresh, strict=True)}
+        return replace(start, cracks=Cracks(**grown))
+
+    def is_damaging(self, deformation: Array, start: BandState) -> bool:
+        state, _ = self.update(deformation, start)
+        return bool((state.cracks.Z > start.cracks.Z).any()) or self.grow(start, state) is not None
+
+    def is_on_surface(self, state: BandState) -> bool:
+        cracks = state.cracks
+        if not len(cracks.point):
+            return False
+        law = self.plane.of_width(cracks.length)
+        on_surface = law.traction(cracks.jump, np.zeros_like(cracks.Z))[1] >= cracks.Z
+        return bool((on_surface & (cracks.Z > law.Zt)).any())
+
+    def is_gone(self, state: BandState) -> bool:
+        # where every point is cracked beyond 3.5 Zm, see InterfaceLaw
+        cracks = state.cracks
+        open_ = (cracks.Z > 3.5 * self.concrete.Zm) & (abs(cracks.traction).max(axis=1) < 1e-8 * self.concrete.ft)
+        return len(np.unique(cracks.point[open_])) == len(self.corners)
+
+    def energies(self, state: BandState) -> tuple[Array, Array]:
+        """Elastic energy of the stress, and what the planes store beyond it: the energy of the undamaged part of
+        a plane less its share s.C.s / 2 of the former."""
+        cracks = state.cracks
+        elastic = 0.5 * np.einsum("pi,pi->p", state.stress, np.linalg.solve(self.D, state.stress.T).T)
+        law = self.plane.of_width(cracks.length)
+        stored = law.stored_energy(cracks.jump, cracks.Z) / cracks.length
+        stored -= 0.5 * (cracks.traction**2 * self.compliance).sum(axis=1)
+        return elastic, self._sum(cracks, stored)
+
+    def dissipation(self, start: BandState, state: BandState) -> tuple[Array, Array]:
+        before, after = start.cracks, state.cracks
+        law = self.plane.of_width(after.length)
+        value, gradient = law.dissipation(before.jump, before.Z, after.jump, after.Z)
+        along = np.einsum("cd,cdk->ck", gradient, after.slope)
+        total = np.zeros_like(state.deformation)
+        np.add.at(total, after.point, along)
+        return self._sum(after, value / after.length), total
+
+    def contact_work(self, start: BandState, state: BandState) -> Array:
+        before, after = start.cracks, state.cracks
+        law = self.plane.of_width(after.length)
+        contact = law.contact_traction(before.jump, before.Z) + law.contact_traction(after.jump, after.Z)
+        return self._sum(after, 0.5 * np.einsum("ci,ci->c", contact, after.strain - before.strain))
+
+    def _sum(self, cracks: Cracks, values: Array) -> Array:
+        return np.bincount(cracks.point, values, len(self.corners)).astype(float)
+
+
+class _Group:
+    """The points with the same number m of crack planes, and their local iteration."""
+
+    def __init__(self, band: CrackBand, cracks: Cracks, planes: Index, strain: Array) -> None:
+        self.band, self.planes, self.strain = band, planes, strain
+        g, m = planes.shape
+        flat = planes.ravel()
+        d = cracks.strain.shape[1]
+        self.shape = (g, m, d)
+        self.length = cracks.length[flat]
+        self.N = stress_transformation(cracks.frame[flat]).reshape(g, m * d, -1)
+        self.ND = self.N @ band.D
+        self.P = self.ND @ self.N.transpose(0, 2, 1)
+        self.C = np.tile(band.compliance, m)
+        self.Z0 = cracks.Z[flat]
+        self.e0 = cracks.strain[planes].reshape(g, m * d)
+        self.scale = band.tol * band.concrete.ft
+        self.e = self.e0.copy()  # what `solve` finds
+
+    def _at(self, e: Array, strain: Array, rows: Index, frozen: bool = False) -> tuple[Array, Array, Array, Array, Array]:
+        """Stress error (41), T, tractions, history and stress of some points of the group."""
+        _, m, d = self.shape
+        flat = (rows[:, None] * m + np.arange(m)).ravel()
+        law = self.band.plane.of_width(self.length[flat])
+        jump = e.reshape(-1, d) * self.length[flat, None]
+        traction, tangent, Z = law.update(jump, self.Z0[flat], frozen)
+        tangent *= self.length[flat, None, None]
+        s = traction.reshape(len(rows), m * d)
+        T = np.zeros((len(rows), m * d, m * d))
+        for i in range(m):
+            T[:, i * d : (i + 1) * d, i * d : (i + 1) * d] = tangent.reshape(len(rows), m, d, d)[:, i]
+        fracture = e - self.C * s
+        stress = (strain - np.einsum("gak,ga->gk", self.N[rows], fracture)) @ self.band.D.T
+        return np.einsum("gak,gk->ga", self.N[rows], stress) - s, T, s, Z, stress
+
+    def _matrix(self, T: Array, rows: Index) -> Array:
+        """M = T + N De N^T (I - C T)."""
+        return np.asarray(T + self.P[rows] - self.P[rows] @ (self.C[:, None] * T))
+
+    def _newton(self, e: Array, strain: Array, rows: Index, frozen: bool) -> tuple[Array, NDArray[np.bool_]]:
+        """Local iteration of Box 1 with a line search; the history stays what it was. Local strains and success."""
+        e = e.copy()
+        done = np.zeros(len(rows), dtype=bool)
+        floor = 8 * np.finfo(float).eps * float(abs(self.band.D).max())
+        for iteration in range(MAX_ITERATIONS + 1):
+            left = np.flatnonzero(~done)
+            if not left.size:
+                break
+            at = rows[left]
+            error, T, *_ = self._at(e[left], strain[left], at, frozen and iteration == 0)
+            size = abs(error).max(axis=1)
+            ok = size <= np.maximum(self.scale, floor * abs(e[left]).max(axis=1))
+            done[left[ok]] = True
+            if iteration == MAX_ITERATIONS:
+                break
+            left, at, T, error = left[~ok], at[~ok], T[~ok], error[~ok]
+            if not left.size:
+                break
+            step = _least_norm(self._matrix(T, at), error[:, :, None])[:, :, 0]
+            norm = np.linalg.norm(error, axis=1)
+            trial = e[left] + step
+            new = np.linalg.norm(self._at(trial, strain[left], at)[0], axis=1)
+            rises = np.flatnonzero(~(new < (1.0 - 1e-4) * norm))
+            best, best_norm = trial[rises], new[rises]
+            found = np.zeros(len(rises), dtype=bool)
+            for length in _LENGTHS:
+                open_ = np.flatnonzero(~found)
+                if not open_.size:
+                    break
+                here = rises[open_]
+                candidate = e[left[here]] + length * step[here]
+                value = np.linalg.norm(self._at(candidate, strain[left[here]], at[here])[0], axis=1)
+                better = value < (1.0 - 1e-4 * length) * norm[here]
+                best[open_[better]], best_norm[open_[better]] = candidate[better], value[better]
+                found[open_[better]] = True
+            trial[rises] = best
+            e[left] = trial
+        return e, done
+
+    def solve(self, committed: Array, frozen: bool) -> NDArray[np.bool_]:
+        """Local strains at `strain`, from those at the strain `committed`. Whether each point has been solved."""
+        every = np.arange(self.shape[0])
+        solved = np.zeros(len(every), dtype=bool)
+        for first_frozen in (frozen, not frozen):
+            rows = every[~solved]
+            if not rows.size:
+                break
+            e, ok = self._newton(self.e0[rows], self.strain[rows], rows, first_frozen)
+            ok &= self._continues(e, rows)
+            self.e[rows[ok]] = e[ok]
+            solved[rows[ok]] = True
+        for parts in _PARTS:
+            rows = every[~solved]
+            if not rows.size:
+                break
+            e, alive = self.e0[rows], np.ones(len(rows), dtype=bool)
+            for part in range(1, parts + 1):
+                strain = committed[rows] + part / parts * (self.strain[rows] - committed[rows])
+                if not alive.any():
+                    break
+                e[alive], ok = self._newton(e[alive], strain[alive], rows[alive], frozen and part == 1)
+                ok &= self._continues(e[alive], rows[alive])
+                alive[alive] = ok
+            self.e[rows[alive]] = e[alive]
+            solved[rows[alive]] = True
+        return solved
+
+    def _continues(self, e: Array, rows: Index) -> NDArray[np.bool_]:
+        """Whether single planes stand on the branch that begins elastic: beyond a fold det M has changed its sign."""
+        if self.shape[1] > 1:
+            return np.ones(len(rows), dtype=bool)
+        _, T, *_ = self._at(e, self.strain[rows], rows)
+        return np.asarray(np.linalg.det(self._matrix(T, rows)) > 0)
+
+    def respond(self, frozen: bool) -> tuple[Array, Array, Array, Array, Array]:
+        """At the solution: stress, consistent tangent (37), tractions, history and de / deps."""
+        g, m, d = self.shape
+        rows = np.arange(g)
+        _, T, s, Z, stress = self._at(self.e, self.strain, rows, frozen)
+        slope = _least_norm(self._matrix(T, rows), self.ND)
+        release = self.N.transpose(0, 2, 1) @ (slope - self.C[:, None] * (T @ slope))
+        tangent = self.band.D - self.band.D @ release
+        return stress, tangent, s.reshape(g, m, d), Z.reshape(g, m), slope.reshape(g, m, d, -1)
+
+
+def _groups(point: Index) -> Iterator[tuple[Index, Index]]:
+    """Points with the same number m of planes, (g,), and the numbers of their planes, (g, m)."""
+    points, count = np.unique(point, return_counts=True)
+    order = np.argsort(point, kind="stable")
+    first = np.cumsum(count) - count
+    for m in np.unique(count).tolist():
+        at = np.flatnonzero(count == m)
+        yield points[at], order[first[at, None] + np.arange(m)]
+
+
+def _frames(normal: Array) -> Array:
+    """Rows normal and tangents, (n, d, d); in the plane the normal is the tangent turned by +90 degrees."""
+    return np.stack([normal, np.stack([normal[:, 1], -normal[:, 0]], axis=1)], axis=1)
+
+
+def _least_norm(M: Array, right: Array) -> Array:
+    """Solutions of M x = right, (n, a, b), of minimum norm where M is singular."""
+    if M.shape[1] <= 3:  # a single plane: regular but at a fold
+        try:
+            return np.asarray(np.linalg.solve(M, right))
+        except np.linalg.LinAlgError:
+            pass
+    return np.asarray(np.linalg.pinv(M, rcond=CUT_OFF) @ right)

@@ -1,0 +1,252 @@
+"""A meshed and assembled scene: the bulk, and what stands for the crack in either kind of model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import meshio
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from meshing.cracks import path_length
+
+from .concrete import Concrete
+from .continuum import ElasticBlock
+from .crackband import BandState, CrackBand, stress_transformation
+from .crackplane import CrackPlane
+from .interface import Interface, InterfaceLaw
+from .options import UserMesh
+from .pointlaw import PointLaw
+from .scene import Scene, SceneError
+from .solver import Problem, State
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: the default width of the interface: this part of the crack length, and at most this part of E Gf / ft^2
+WIDTH_OF_CRACK, WIDTH_OF_MATERIAL = 0.01, 0.004
+
+#: energy that a band dissipates beyond Gf, as a part of Gf: ft^2 l_ch / (2 E Gf)
+_WARN_EXCESS, _REFUSE_EXCESS = 0.05, 1.0
+
+
+@dataclass(frozen=True)
+class CrackPart:
+    """The points with cracks.
+
+    Attributes
+    ----------
+    law : PointLaw
+    operator : (c p, 2 m) sparse matrix, displacements of the mesh nodes to jumps or strains
+    weights, where, cell : (p,), (p, 2), (p,): weight, position and cell of each point, the cells counted over all
+        blocks of the part
+    area : of the crack, mm^2
+    width : of the crack plane: w, or the l_ch of a crack along the path
+    frames : (p, 2, 2) normal and tangent of the path at each point; None where there is no path
+    faces : Interface between the two sides of the path, which gives the mean jump; None where there is none
+    """
+
+    law: PointLaw
+    operator: sp.csr_array
+    weights: Array
+    where: Array
+    cell: Index
+    area: float
+    width: float
+    frames: Array | None
+    faces: Interface | None
+
+    def mean_traction(self, state: State) -> Array:
+        """Mean [normal, shear] traction on the crack, MPa; with no path to refer to, on all crack planes."""
+        points, share = state.points, self.weights / self.weights.sum()
+        if isinstance(points, BandState):
+            if self.frames is not None:
+                N = stress_transformation(self.frames)
+                return np.asarray(np.einsum("p,pdk,pk->d", share, N, points.stress))
+            cracks = points.cracks
+            if not len(cracks.point):
+                return np.zeros(2)
+            share = self.weights[cracks.point] / cracks.length
+            return np.asarray(share @ cracks.traction / share.sum())
+        return np.asarray(share @ points.stress)
+
+    def point_values(self, state: State) -> dict[str, Array]:
+        """The crack at each point, see `Frame`: (p,) each."""
+        points = state.points
+        if isinstance(self.law, InterfaceLaw):
+            (opening, sliding), (normal, shear) = points.deformation.T, points.stress.T
+            planes = np.ones(len(opening))
+            damage = self.law.law.damage(points.Z)
+        else:
+            assert isinstance(self.law, CrackBand)
+            size, cracks = len(self.weights), points.cracks
+            fracture = cracks.length[:, None] * (cracks.strain - self.law.compliance * cracks.traction)
+            widest = np.lexsort((fracture[:, 0], cracks.point))  # the last plane of a point wins
+            values = np.zeros((5, size))
+            found = self.law.plane.of_width(cracks.length).damage(cracks.Z) if len(cracks.point) else cracks.Z
+            columns = (*fracture.T, *cracks.traction.T, found)
+            for value, column in zip(values, columns, strict=True):
+                value[cracks.point[widest]] = column[widest]
+            opening, sliding, normal, shear, damage = values
+            planes = np.bincount(cracks.point, minlength=size).astype(float)
+        names = ("opening", "sliding", "traction_n", "traction_s", "damage", "planes")
+        return dict(zip(names, (opening, sliding, normal, shear, damage, planes), strict=True))
+
+    def cell_values(self, state: State) -> dict[str, Array]:
+        """Means of `point_values` over the cells."""
+        count = np.bincount(self.cell)
+        return {name: np.bincount(self.cell, values) / count for name, values in self.point_values(state).items()}
+
+    def cell_stresses(self, state: State, sizes: Sequence[int]) -> list[Array]:
+        """Mean stress in the cells of the blocks of a band that have `sizes` cells, (n, 3) each."""
+        if not sizes:
+            return []
+        count = np.bincount(self.cell)
+        mean = np.stack([np.bincount(self.cell, component) / count for component in state.points.stress.T], axis=1)
+        return np.split(mean, np.cumsum(sizes)[:-1])
+
+
+@dataclass(frozen=True)
+class Model:
+    """A meshed and assembled scene, ready for the march.
+
+    Attributes
+    ----------
+    mesh : meshio.Mesh; crack cells, or the elements of the band, come last
+    blocks : the elastic elements
+    band : the elements that may crack, in the smeared model
+    cracks : CrackPart
+    problem : Problem on the active unknowns (all of them, where nothing is condensed)
+    recover : displacements of the mesh nodes, (m, 2), from the unknowns of `problem`
+    total_dofs, active_dofs : numbers of unknowns
+    reduction : "condensed" or "none"
+    timings : seconds, "mesh", "assemble" and "condense"
+    """
+
+    mesh: meshio.Mesh
+    blocks: list[ElasticBlock]
+    band: list[ElasticBlock]
+    cracks: CrackPart
+    problem: Problem
+    recover: Callable[[Array], Array]
+    total_dofs: int
+    active_dofs: int
+    reduction: str
+    timings: dict[str, float]
+
+    @property
+    def is_smeared(self) -> bool:
+        return bool(self.band)
+
+    def record(self, state: State) -> dict[str, float]:
+        """The quantities of the history that belong to a state."""
+        problem, mean = self.problem, self.cracks.mean_traction(state)
+        return {
+            "load": state.load,
+            "opening": problem.measure("opening", state),
+            "sliding": problem.measure("sliding", state),
+            "driven": state.driven,
+            "stress_n": float(mean[0]),
+            "stress_s": float(mean[1]),
+            "work": state.work,
+            "elastic": state.elastic,
+            "stored": state.stored,
+            "dissipated": state.dissipated,
+            "contact_work": state.contact_work,
+        }
+
+
+def default_width(crack_length: float, concrete: Concrete) -> float:
+    """Width of the crack plane in mm where the scene names none: the smaller of 1 % of the crack length and
+    0.4 % of E Gf / ft^2. On the built-in beam it costs less than 1 % of the load at small opening and of the
+    peak against a vanishing width."""
+    return min(WIDTH_OF_CRACK * crack_length, WIDTH_OF_MATERIAL * concrete.characteristic_length)
+
+
+def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
+    """Zero-thickness elements along the path."""
+    crack, thickness = mesh.cells[-1], scene.specimen.thickness
+    interface = Interface.from_cells(crack.type, mesh.points, crack.data, thickness, scene.interface.quadrature)
+    crack_length = interface.area / thickness
+    width = scene.interface.width
+    if width is None:
+        width = default_width(crack_length, scene.material)
+    _check_units(scene, crack_length)
+    if isinstance(width, str):  # "h"
+        width = scene.material.h
+    elif not 1e-6 * crack_length <= width <= max(scene.material.h, crack_length):
+        raise SceneError(
+            f"interface.width = {width:g}: expected between {1e-6 * crack_length:.1e} and "
+            f"{max(scene.material.h, crack_length):g} mm"
+        )
+    law = InterfaceLaw(CrackPlane(scene.material, width), len(interface.weights))
+    n = interface.normals
+    return CrackPart(
+        law, interface.jump_operator, interface.weights, interface.points, interface.cell, interface.area, width,
+        np.stack([n, np.stack([n[:, 1], -n[:, 0]], axis=1)], axis=1), interface,
+    )  # fmt: skip
+
+
+def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> CrackPart:
+    """A crack band: quadrilaterals along the path, or all elements."""
+    options, thickness = scene.band, scene.specimen.thickness
+    parts = [block.strain_points() for block in band]
+    offsets = np.cumsum([0, *(len(block.cells) for block in band)])[:-1]
+    cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
+    corners = np.concatenate([block.corners() for block in band])
+    weights = np.concatenate([part[1] for part in parts])
+    size = np.sqrt(np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / thickness)
+    faces = frames = None
+    if isinstance(scene.specimen, UserMesh):
+        width = float(np.median(size))
+        area = float(weights.sum()) / width if options.where == "path" else width * thickness
+    else:
+        assert scene.sizes is not None
+        width = scene.sizes.crack_size if options.width is None else options.width
+        area = path_length("crack", scene.specimen.paths) * thickness
+        if options.where == "path":
+            block = mesh.cells[-1]
+            faces = Interface.from_cells(block.type, mesh.points, block.data, thickness)
+            first = np.searchsorted(faces.cell, np.arange(len(block.data)))
+            n = faces.normals[first][cell]
+            frames = np.stack([n, np.stack([n[:, 1], -n[:, 0]], axis=1)], axis=1)
+    _check_units(scene, area / thickness)
+    excess = width / (2.0 * scene.material.characteristic_length)
+    if excess > _REFUSE_EXCESS:
+        raise SceneError(
+            f"band.width = {width:g}: a band so wide dissipates {100 * (1 + excess):.0f} % of Gf "
+            f"(ft^2 l_ch / 2E is {excess:.2g} Gf); expected less than {2 * scene.material.characteristic_length:.4g} mm"
+        )
+    law = CrackBand(
+        CrackPlane(scene.material, width, shear_scaling=options.shear_scaling), band[0].D, corners[cell],
+        options.max_cracks, options.threshold_angle, options.tol,
+    )  # fmt: skip
+    where = np.concatenate([part[2] for part in parts])
+    return CrackPart(law, sp.vstack([p[0] for p in parts]).tocsr(), weights, where, cell, area, width, frames, faces)
+
+
+def band_note(scene: Scene, width: float) -> str | None:
+    """A warning where the band's width is felt in the energy."""
+    excess = width / (2.0 * scene.material.characteristic_length)
+    if excess <= _WARN_EXCESS:
+        return None
+    return (
+        f"warning: a band of {width:g} mm dissipates {100 * excess:.1f} % more than Gf (ft^2 l_ch / 2E); "
+        f"up to {2 * _WARN_EXCESS * scene.material.characteristic_length:.3g} mm it is below {100 * _WARN_EXCESS:g} %"
+    )
+
+
+def _check_units(scene: Scene, crack_length: float) -> None:
+    """Refuse numbers that belong to other units: their ratios are far from any concrete's."""
+    m = scene.material
+    if not 1e-6 < m.ft / m.E < 1e-2:
+        raise SceneError(
+            f"material.E = {m.E:g}, material.ft = {m.ft:g}: ft / E = {m.ft / m.E:.1e}; expected about 1e-4, both in MPa"
+        )
+    if m.Zm > crack_length:
+        raise SceneError(
+            f"material.Gf = {m.Gf:g}: softening would end at an opening of {m.Zm:.3g} mm, more than the crack's length of "
+            f"{crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm"
+        )
