@@ -141,10 +141,11 @@ class ElasticBlock:
         u = displacement[self.cells].reshape(len(self.cells), -1)
         return np.asarray(np.einsum("ij,njk,nk->ni", self.D, B[0], u))
 
-    def strain_points(self) -> tuple[sp.csr_array, Array, Array, NDArray[np.int64]]:
-        """The integration points: displacements of the mesh nodes to strains [xx, yy, engineering xy], a (3 p, 2 m)
-        matrix; volumes (p,), mm^3; positions (p, 2), mm; the cell of each point (p,)."""
-        at, weights = ELEMENTS[self.kind][1]
+    def strain_points(self, rule: tuple[Array, Array] | None = None) -> tuple[sp.csr_array, Array, Array, NDArray[np.int64]]:
+        """The points of a quadrature rule, by default the element's own: displacements of the mesh nodes to strains
+        [xx, yy, engineering xy], a (3 p, 2 m) matrix; volumes (p,), mm^3; positions (p, 2), mm; the cell of each
+        point (p,)."""
+        at, weights = rule or ELEMENTS[self.kind][1]
         B, det = (value.swapaxes(0, 1) for value in self._gradients(at))  # element by element
         n, q, _, k = B.shape
         dofs = (2 * self.cells[:, :, None] + np.arange(2)).reshape(n, 1, 1, k)

@@ -37,6 +37,8 @@ _PARTS = (4, 16, 64)
 _LENGTHS = 0.5 ** np.arange(1, 8)
 #: planes due whose excess over ft is at least this part of the largest excess are formed together
 _WORST = 0.5
+#: a plane is laid along the path where its normal stress is the major principal one but for this part
+_ALIGNED = 0.05
 
 #: index pairs of the stress components, by the dimension of space
 _PAIRS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))}
@@ -137,6 +139,9 @@ class CrackBand:
     max_cracks : planes per point.
     threshold_angle : least angle between the normals of two planes of a point, degrees.
     tol : on the local stress error, relative to ft.
+    path_normal : (p, d) array, or None. Ahead of a crack the two principal stresses are close, their difference on the
+        axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. Where the normal of
+        the path is a principal direction within 5 % of the major stress, the plane takes it.
     """
 
     plane: CrackPlane
@@ -145,6 +150,7 @@ class CrackBand:
     max_cracks: int = 3
     threshold_angle: float = 60.0
     tol: float = 1e-11
+    path_normal: Array | None = None
     quantity = "strain"
 
     @property
@@ -209,8 +215,14 @@ class CrackBand:
         """One more plane at the points whose major principal stress in `state` exceeds ft most, undamaged in `start`."""
         m, cracks = self.concrete, state.cracks
         count = np.bincount(cracks.point, minlength=len(self.corners))
-        value, vector = np.linalg.eigh(stress_tensor(state.stress))
+        tensor = stress_tensor(state.stress)
+        value, vector = np.linalg.eigh(tensor)
         value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
+        if self.path_normal is not None:  # a candidate before the principal directions, where it is as good as the major
+            on_path = np.einsum("pi,pij,pj->p", self.path_normal, tensor, self.path_normal)
+            as_major = np.where(on_path >= (1.0 - _ALIGNED) * value[:, 0], value[:, 0], -np.inf)
+            value = np.concatenate([as_major[:, None], value], axis=1)
+            normal = np.concatenate([self.path_normal[:, None], normal], axis=1)
         due = (value > m.ft * (1.0 + 1e-9)) & (count < self.max_cracks)[:, None]
         # no plane whose normal lies closer than the threshold to one that is there
         if len(cracks.point):
