@@ -126,7 +126,9 @@ class Unknowns:
             shape=(2 * m, n_mean + n_jump + len(drives)),
         )
         transform.eliminate_zeros()
-        node = np.concatenate([np.nonzero(mean_free)[0], leader[extra[np.nonzero(jump_free)[0]]], *(leader[drive.nodes[:1]] for drive in drives)])
+        node = np.concatenate(
+            [np.nonzero(mean_free)[0], leader[extra[np.nonzero(jump_free)[0]]], *(leader[drive.nodes[:1]] for drive in drives)]
+        )
         return cls(transform, n_mean + n_jump + np.arange(len(drives)), node)
 
 

@@ -1,4 +1,4 @@
-"""Linear elastic plane elements T3, T6, Q4 and Q8: stiffness and stress, all elements of a block at once."""
+"""Plane elements T3, T6, Q4, Q8 and the Q6 of a crack band: stiffness, strain, stress, all elements of a block at once."""
 
 from __future__ import annotations
 
@@ -55,6 +55,19 @@ def _quad8(r: Array) -> tuple[Array, Array]:
     return np.concatenate([corners, N], axis=1), np.concatenate([d_corners, dN], axis=1)
 
 
+def _quad6(r: Array) -> tuple[Array, Array]:
+    """Quadratic along the first axis, linear across: the nodes of Q8 without mid-sides on the right and left."""
+    x, y = r[:, :1], r[:, 1:]
+    s = np.array([-1.0, 1.0])
+    end, middle = x * (x + s) / 2, 1 - x**2
+    d_end, d_middle = x + s / 2, -2 * x
+    low, high = (1 - y) / 2, (1 + y) / 2
+    N = np.concatenate([end * low, end[:, ::-1] * high, middle * low, middle * high], axis=1)
+    d_x = np.concatenate([d_end * low, d_end[:, ::-1] * high, d_middle * low, d_middle * high], axis=1)
+    d_y = np.concatenate([-end, end[:, ::-1], -middle, middle], axis=1) / 2
+    return N, np.stack([d_x, d_y], axis=2)
+
+
 def _gauss_square(n: int) -> tuple[Array, Array]:
     x, w = np.polynomial.legendre.leggauss(n)
     return np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2), np.outer(w, w).ravel()
@@ -70,7 +83,11 @@ ELEMENTS = {
     "triangle6": (_triangle6, _T3, _T1[0]),
     "quad": (_quad4, _gauss_square(2), np.zeros((1, 2))),
     "quad8": (_quad8, _gauss_square(3), np.zeros((1, 2))),
+    "quad6": (_quad6, _gauss_square(3), np.zeros((1, 2))),
 }
+
+#: columns of a `quad8` cell of a band that are the nodes of a `quad6`
+BAND_COLUMNS = {"quad": ("quad", [0, 1, 2, 3]), "quad8": ("quad6", [0, 1, 2, 3, 4, 6])}
 
 
 def elasticity(E: float, nu: float, plane: str) -> Array:
@@ -86,7 +103,7 @@ class ElasticBlock:
 
     Parameters
     ----------
-    kind : "triangle" | "triangle6" | "quad" | "quad8", meshio's names and node order.
+    kind : "triangle" | "triangle6" | "quad" | "quad8", meshio's names and node order, or "quad6".
     points : (m, 2) array, mm, of the whole mesh.
     cells : (n, nodes per element) array.
     D : (3, 3) array, MPa, see `elasticity`.
@@ -159,7 +176,7 @@ class ElasticBlock:
 
     def corners(self) -> Array:
         """Corners of the elements, (n, 4, 2), mm; a triangle repeats its last one."""
-        return self.points[self.cells[:, [0, 1, 2, 3 if self.kind in ("quad", "quad8") else 2]]]
+        return self.points[self.cells[:, [0, 1, 2, 2 if self.kind.startswith("triangle") else 3]]]
 
     def area(self) -> float:
         """Sum of the element areas, mm^2."""

@@ -204,7 +204,7 @@ class CrackBand:
             if failed.size:
                 worst = int(points[failed[0]])
                 raise PointFailure(
-                    f"the crack planes of {failed.size} point(s) have no solution that continues the last converged one; first",
+                    f"the crack planes of {failed.size} point(s) have no solution that continues the last one; first",
                     worst,
                 )
             stress[points], tangent[points], traction[planes], Z[planes], slope[planes] = group.respond(frozen)

@@ -169,7 +169,7 @@ class CrackPlane:
         loading = Zeq1 >= Z1
 
         def antiderivative(Z: Array) -> Array:  # of -Z^2 d(omega)/dZ
-            return self.Zt * np.exp(-a * (Z - self.Zt)) * (Z + 2.0 / a)
+            return np.asarray(self.Zt * np.exp(-a * (Z - self.Zt)) * (Z + 2.0 / a))
 
         drop = antiderivative(Z0) - antiderivative(Z1)
         ratio1 = self._twice_energy(jump1) / Z1**2
@@ -192,7 +192,7 @@ class CrackPlane:
     def _intact(self, Z: Array) -> Array:
         """1 - omega of eq. (5), kept as itself: formed as a difference it is 0 from about 7 Zm."""
         m = self.concrete
-        return self.Zt / Z * np.exp(-m.c1 * (Z - self.Zt) / m.Zm)
+        return np.asarray(self.Zt / Z * np.exp(-m.c1 * (Z - self.Zt) / m.Zm))
 
     def _equivalent_jump(self, jump: Array, gradient: bool = True) -> tuple[Array, Array]:
         """Zeq of eq. (4a) and its gradient."""
@@ -236,7 +236,7 @@ class CrackPlane:
             return H, dH
         below = H * self.width + lost * m.h
         # far open, H underflows: H_w is 0 there, whatever its exact ratio
-        return H * self.width / below, self.width * m.h / below**2 * dH
+        return np.asarray(H * self.width / below), np.asarray(self.width * m.h / below**2 * dH)
 
     def _surface(self, jump: Array, Z: Array) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
         """phi and n = d(phi)/du of eqs (8)-(10); dphi/dR; distance d and cone mask; uz and its slope."""

@@ -85,9 +85,7 @@ def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str,
     if not has_gauge:  # the mean jump over the crack
         if faces is None:
             keys = "gauge_minus, specimen.gauge_plus" if isinstance(specimen, UserMesh) else "gauge"
-            raise SceneError(
-                f"specimen.{keys}: this band has no faces whose mean jump could be the opening; expected a gauge"
-            )
+            raise SceneError(f"specimen.{keys}: this band has no faces whose mean jump could be the opening; expected a gauge")
         return {
             name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
             for name, unit in (("opening", [1.0, 0.0]), ("sliding", [0.0, 1.0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import scipy.linalg
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
-Free = sp.csr_array | None
+Free: TypeAlias = sp.csr_array | None
 
 
 class NotConverged(RuntimeError):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 #: corners of the bulk cells
-_CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4}
+_CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad6": 4}
 
 
 def save_curve(result: Result, path: Path) -> None:
@@ -54,9 +54,7 @@ def save_deformed(result: Result, path: Path) -> None:
     size = float(np.ptp(points, axis=0).max())
     factor = _magnification(0.06 * size / max(float(np.hypot(*u.T).max()), 1e-300))
     warped = points + factor * u
-    faces = [
-        warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*result.model.blocks, *result.model.band)
-    ]
+    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*result.model.blocks, *result.model.band)]
     stress = np.concatenate([major_stress(s) for s in frame.stress])
     low, high = np.percentile(stress, [1, 99])
     span = warped.max(axis=0) - warped.min(axis=0)
@@ -93,7 +91,7 @@ def _draw_planes(axes: Axes, result: Result, faces: list[Array]) -> None:
     cell = cracks.cell[planes.point[shown]]
     centre, size = corners[cell].mean(axis=1), np.ptp(corners[cell], axis=1).min(axis=1)
     along = 0.5 * size[:, None] * planes.frame[shown, 1]
-    axes.add_collection(LineCollection(np.stack([centre - along, centre + along], axis=1), colors="C3", linewidths=0.8))
+    axes.add_collection(LineCollection(list(np.stack([centre - along, centre + along], axis=1)), colors="C3", linewidths=0.8))
 
 
 def _magnification(factor: float) -> float:

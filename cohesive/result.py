@@ -26,7 +26,7 @@ from .scene import Scene, SceneError, dump_toml
 from .solver import Problem, State
 
 if TYPE_CHECKING:
-    from .simulation import Model
+    from .model import Model
 
 Array = NDArray[np.float64]
 
@@ -297,7 +297,7 @@ class Result:
                 f"{cracks.width:.3g} mm"
             ]
         planes = self._states[-1].points.cracks
-        damaged = planes.Z > cracks.law.plane.of_width(planes.length).Zt
+        damaged = planes.Z > planes.length * self.scene.material.ft / self.scene.material.E
         if not damaged.any():
             return ["no crack has opened"]
         count = np.bincount(planes.point[damaged])

@@ -92,7 +92,9 @@ class Scene:
             _build(ReferenceOptions, _table(self.data, "reference"), "reference") if "reference" in self.data else None
         )
         if self.model.half and self.model.kind == "smeared":
-            raise SceneError("model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'")
+            raise SceneError(
+                "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
+            )
         if self.model.half and not getattr(self.specimen, "is_symmetric", False):
             raise SceneError(
                 f"model.half = true: this {kind} is not symmetric about its crack; expected a notched-beam with its notch at "

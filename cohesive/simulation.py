@@ -16,7 +16,7 @@ from meshing import MeshError, read_band_mesh, read_mesh
 
 from .assembly import Points, Unknowns, bulk_stiffness
 from .condensation import Condensed, nested_dissection
-from .continuum import ElasticBlock, ElementError, elasticity
+from .continuum import BAND_COLUMNS, ElasticBlock, ElementError, elasticity
 from .fixtures import gauge, ties
 from .linear import DenseStiffness, NotConverged, SparseStiffness, Stiffness
 from .loading import March, Step
@@ -47,7 +47,9 @@ def build(scene: Scene) -> Model:
     try:
         mesh = _mesh(scene)
     except MeshError as error:  # name the key, where the message begins with one
-        named = re.match(r"\w+ = ", str(error))
+        if str(error).startswith("band."):
+            raise
+        named = re.match(r"\w+ = |band is", str(error))
         raise MeshError(f"specimen{'.' if named else ': '}{error}") from None
     timings["mesh"] = time.perf_counter() - clock
 
@@ -55,17 +57,9 @@ def build(scene: Scene) -> Model:
     points = np.asarray(mesh.points, dtype=float)
     D = elasticity(scene.material.E, scene.material.nu, scene.model.plane)
     smeared = scene.model.kind == "smeared"
-    is_band = [smeared and (scene.band.where == "everywhere" or i in _band_blocks(mesh)) for i in range(len(mesh.cells))]
-    elastic, cracking = (
-        [
-            ElasticBlock(block.type, points, block.data, D, scene.specimen.thickness)
-            for block, in_band in zip(mesh.cells if smeared else mesh.cells[:-1], is_band, strict=False)
-            if in_band == wanted
-        ]
-        for wanted in (False, True)
-    )
+    elastic, cracking = _blocks(scene, mesh, points, D)
     original: Index = mesh.point_data["original"]
-    leader, last = np.arange(len(original)), np.unique(np.concatenate([b.cells.ravel() for b in cracking] or [[]])).astype(int)
+    leader, last = np.arange(len(original)), np.unique([node for b in cracking for node in b.cells.ravel()])
     if not smeared:
         on_crack = np.isin(original, original[mesh.cells[-1].data])
         leader, last = np.where(on_crack, original, leader), np.flatnonzero(on_crack)
@@ -221,8 +215,20 @@ def _mesh(scene: Scene) -> meshio.Mesh:
     return specimen.mesh(scene.sizes, scene.model.half)
 
 
-def _band_blocks(mesh: meshio.Mesh) -> list[int]:
-    return [i for i, cells in enumerate((mesh.cell_sets or {}).get("band", [])) if len(cells)]
+def _blocks(scene: Scene, mesh: meshio.Mesh, points: Array, D: Array) -> tuple[list[ElasticBlock], list[ElasticBlock]]:
+    """The elastic elements, and those that may crack."""
+    t = scene.specimen.thickness
+    if scene.model.kind == "discrete":
+        return [ElasticBlock(block.type, points, block.data, D, t) for block in mesh.cells[:-1]], []
+    own = not isinstance(scene.specimen, UserMesh)
+    sides: tuple[list[ElasticBlock], list[ElasticBlock]] = ([], [])
+    for i, block in enumerate(mesh.cells):
+        in_band = scene.band.where == "everywhere" or bool(len(mesh.cell_sets["band"][i]))
+        kind, columns = block.type, list(range(block.data.shape[1]))
+        if in_band and own and scene.band.where == "path":
+            kind, columns = BAND_COLUMNS[kind]
+        sides[in_band].append(ElasticBlock(kind, points, block.data[:, columns], D, t))
+    return sides
 
 
 def _check_stages(scene: Scene, problem: Problem, width: float) -> None:

@@ -38,10 +38,11 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
     Returns
     -------
     meshio.Mesh
-        Bulk blocks, then the band: `quad` [a-, b-, b+, a+] or `quad8` [..., mid a-b-, mid b-b+, mid b+a+, mid a+a-], a to b
-        along the path, the minus side to its right; in the order of the path, path after path. Cell sets `body` and
-        `band`. A named point on an end of the band stands for all nodes of that end. `point_data["original"]` holds the
-        node numbers before slits that are left were cut, else 0, 1, 2, ...
+        Bulk blocks, then the band: `quad` [a-, b-, b+, a+], a to b along the path, the minus side to its right, or
+        `quad8` [a-, b-, b+, a+, mid-, b-, mid+, a+]: across the band, where the crack is one jump, it has no mid node and a
+        corner stands in, as in a crack cell. In the order of the path, path after path. Cell sets `body` and `band`. A
+        named point on an end of the band stands for all nodes of that end. `point_data["original"]` holds the node
+        numbers before slits that are left were cut, else 0, 1, 2, ...
 
     Raises
     ------
@@ -69,7 +70,14 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
         mesh = collect(gmsh, tags)
     bulk, rows = mesh.cells[:-n_faces], mesh.cells[-n_faces:]
     band = np.concatenate([_in_order(mesh.points, row.data, a, b) for row, (a, b) in zip(rows, segments, strict=True)])
-    whole = meshio.Mesh(mesh.points, [*bulk, (rows[0].type, band)])
+    if sizes.order == 2:
+        band[:, [5, 7]] = band[:, [1, 3]]
+    used, flat = np.unique(np.concatenate([*(block.data.ravel() for block in bulk), band.ravel()]), return_inverse=True)
+    parts = np.split(flat, np.cumsum([*(block.data.size for block in bulk), band.size])[:-1])
+    kinds = [*(block.type for block in bulk), rows[0].type]
+    shapes = [*(block.data.shape for block in bulk), band.shape]
+    renumbered = [(kind, part.reshape(shape)) for kind, part, shape in zip(kinds, parts, shapes, strict=True)]
+    whole = meshio.Mesh(mesh.points[used], renumbered)
     slack = slack_of(body)
     for name, group in body.nodes.items():
         at = [_end_nodes(whole, on_end[p], slack) if p in on_end else [nearest(whole, name, p)] for p in group]
