@@ -1,4 +1,4 @@
-"""The command line: `cohesive run`, `cohesive law`, `cohesive scenes`."""
+"""The command line: `cohesive run`, `cohesive compare`, `cohesive law`, `cohesive scenes`."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from tqdm import tqdm
 from meshing import MeshError
 
 from . import responses
+from .comparison import compare
 from .concrete import PRESETS, Concrete
 from .crackplane import CrackPlane
 from .linear import NotConverged
@@ -47,17 +48,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete.")
+    parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete and smeared.")
     parser.add_argument("--version", action="version", version=_version())
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
     p = commands.add_parser("run", help="run a scene", description="Run a scene and write curve, pictures and fields.")
     p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
     p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the scene's name)")
-    p.add_argument("--model", help="overrides model.kind")
+    p.add_argument("--model", help="discrete or smeared, overrides model.kind")
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in material.Gf=0.1")
     p.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
     p.set_defaults(command=_run)
+
+    p = commands.add_parser(
+        "compare",
+        help="run a scene in both models",
+        description="Run a scene with discrete cracks and with the crack band, and write table, figure and both runs' files.",
+    )
+    p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
+    p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the scene's name and -compare)")
+    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in band.width=0.5")
+    p.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
+    p.set_defaults(command=_compare)
 
     p = commands.add_parser("law", help="draw and tabulate the law at a point")
     p.add_argument("--preset", default="crack-plane", help=f"material: {', '.join(PRESETS)} (default: crack-plane)")
@@ -93,6 +105,26 @@ def _run(options: argparse.Namespace) -> int:
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
     return status
+
+
+def _compare(options: argparse.Namespace) -> int:
+    scene = Scene.load(options.scene).with_(**_assignments(options.set))
+    folder = Path(options.output or f"{Path(options.scene).stem}-compare")
+    with tqdm(total=2 * _expected_steps(scene), unit="step", disable=not sys.stderr.isatty(), leave=False) as bar:
+        try:
+            comparison = compare(scene, output=folder, on_step=_reporter(bar, options.verbose))
+        except (NotConverged, KeyboardInterrupt) as error:
+            partial_result = getattr(error, "result", None)
+            if not isinstance(partial_result, Result):
+                raise
+            part = folder / partial_result.scene.model.kind
+            partial_result.save(part)
+            print(f"cohesive: {partial_result.notes[-1]}; everything up to there is in {part}/", file=sys.stderr)
+            return _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
+    comparison.save(folder)
+    print(comparison.summary())
+    print(f"files: {folder}/  (comparison.png, comparison.csv, and the files of both runs in discrete/ and smeared/)")
+    return _STOPPED if any(": stopped: " in note for note in comparison.notes) else 0
 
 
 def _reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]], None]:

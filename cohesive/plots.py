@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from .result import major_stress
 
 if TYPE_CHECKING:
+    from .comparison import Comparison
+    from .reference import Reference
     from .result import Result
 
 Array = NDArray[np.float64]
@@ -28,7 +30,17 @@ def save_curve(result: Result, path: Path) -> None:
     figure = new_figure(6.4, 4.4)
     axes = figure.add_subplot()
     opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
-    reference = result.reference
+    _draw_reference(axes, result.reference)
+    axes.plot(opening, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
+    axes.plot(result.opening_at_peak, result.peak_load, "o", color="C3", markersize=4, label=f"peak {result.peak_load:.4g} N")
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    axes.set(xlabel="opening (mm)", ylabel="load (N)", title=result.scene.title)
+    axes.legend(frameon=False)
+    save(figure, path)
+
+
+def _draw_reference(axes: Axes, reference: Reference | None) -> None:
+    """The measured curve or band that the scene names."""
     if reference is not None:
         if np.array_equal(reference.load_min, reference.load_max):
             axes.plot(reference.opening, reference.load_min, "o", color="0.6", label=reference.label)
@@ -37,12 +49,34 @@ def save_curve(result: Result, path: Path) -> None:
             band.set_label(f"{reference.label}, band")
             for bound in (reference.load_min, reference.load_max):
                 axes.plot(reference.opening, bound, ".", color="0.6", markersize=4)
-    axes.plot(opening, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
-    axes.plot(result.opening_at_peak, result.peak_load, "o", color="C3", markersize=4, label=f"peak {result.peak_load:.4g} N")
-    axes.axhline(0.0, color="0.5", linewidth=0.6)
-    axes.set(xlabel="opening (mm)", ylabel="load (N)", title=result.scene.title)
-    axes.legend(frameon=False)
-    save(figure, path)
+
+
+def comparison_figure(comparison: Comparison) -> Figure:
+    """Load over opening in both models, their difference, and openings along the crack at three stages."""
+    figure = new_figure(11.0, 5.6)
+    grid = figure.add_gridspec(2, 2, height_ratios=[2.4, 1.0], width_ratios=[1.15, 1.0])
+    top, below, side = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1])
+    _draw_reference(top, comparison.discrete.reference)
+    for result, label, style in ((comparison.discrete, "discrete", "C0-"), (comparison.smeared, "smeared", "C1--")):
+        opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
+        top.plot(opening, load, style, label=f"{label}, peak {result.peak_load:.4g} N")
+    top.axhline(0.0, color="0.5", linewidth=0.6)
+    top.set(xlabel="opening (mm)", ylabel="load (N)")
+    top.legend(frameon=False)
+    travelled, gap = comparison.difference()
+    below.plot(travelled, gap, color="C3", linewidth=1.0)
+    below.axhline(0.0, color="0.5", linewidth=0.6)
+    monotonic = bool((np.diff(comparison.discrete.history["opening"]) >= 0).all())
+    below.set(xlabel="opening (mm)" if monotonic else "opening travelled, forth and back (mm)")
+    below.set(ylabel="smeared - discrete (N)")
+    for i, (title, profiles) in enumerate(comparison.profiles()):
+        side.plot(*profiles["discrete"], color=f"C{i + 4}", label=f"{title}, discrete")
+        side.plot(*profiles["smeared"], "o", color=f"C{i + 4}", markersize=3, markerfacecolor="none", label="smeared")
+    side.axhline(0.0, color="0.5", linewidth=0.6)
+    side.set(xlabel="position along the crack path (mm)", ylabel="crack opening: jump, or $l_{ch}$ x fracture strain (mm)")
+    side.legend(frameon=False)
+    figure.suptitle(comparison.discrete.scene.title)
+    return figure
 
 
 def save_deformed(result: Result, path: Path) -> None:

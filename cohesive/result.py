@@ -151,6 +151,11 @@ class Result:
         return int(self.history["iterations"].sum())
 
     @property
+    def solution_time(self) -> float:
+        """Seconds from the scene to the last step, without files."""
+        return sum(seconds for name, seconds in self.timings.items() if name != "output")
+
+    @property
     def active_dofs(self) -> int:
         """Unknowns that Newton's method works on."""
         return self.model.active_dofs
@@ -340,9 +345,9 @@ class Result:
         if collection:
             pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
             pvd += "\n".join(collection) + "\n  </Collection>\n</VTKFile>\n"
-            write_file(folder / "frames.pvd", lambda path: _write_text(path, pvd))
+            write_file(folder / "frames.pvd", lambda path: write_text(path, pvd))
         self.timings["output"] = time.perf_counter() - clock
-        write_file(folder / "run.json", lambda path: _write_text(path, json.dumps(self._facts(), indent=2) + "\n"))
+        write_file(folder / "run.json", lambda path: write_text(path, json.dumps(self._facts(), indent=2) + "\n"))
 
     def _write_scene(self, folder: Path) -> None:
         """scene.toml, with the files that it names beside it, so that it runs from there."""
@@ -354,11 +359,11 @@ class Result:
                 data[table]["file"] = source.name
                 if source.resolve() != (folder / source.name).resolve():
                     write_file(folder / source.name, partial(shutil.copyfile, source))
-        write_file(folder / "scene.toml", lambda path: _write_text(path, dump_toml(data)))
+        write_file(folder / "scene.toml", lambda path: write_text(path, dump_toml(data)))
 
     def _write_history(self, path: Path) -> None:
         rows = zip(*(self.history[name].tolist() for name in COLUMNS), strict=True)
-        _write_text(path, "".join(",".join(row) + "\n" for row in (COLUMNS, *(map(_format, row) for row in rows))))
+        write_text(path, "".join(",".join(row) + "\n" for row in (COLUMNS, *(map(_format, row) for row in rows))))
 
     def _facts(self) -> dict[str, Any]:
         packages = ("cohesive-cracks", "numpy", "scipy", "gmsh", "meshio", "matplotlib")
@@ -395,5 +400,6 @@ def _version(name: str) -> str:
         return "not installed"
 
 
-def _write_text(path: Path, text: str) -> None:
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text, for `write_file`."""
     path.write_text(text, encoding="utf-8")

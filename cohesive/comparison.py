@@ -1,0 +1,206 @@
+"""Both models on one scene: how far apart are the discrete crack and the crack band?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from meshing.cracks import Line
+
+from .linear import NotConverged
+from .loading import Step
+from .result import Result, make_folder, write_file, write_text
+from .scene import Scene
+from .simulation import run
+
+Array = NDArray[np.float64]
+
+MODELS = ("discrete", "smeared")
+_UNITS = {"peak": "N", "opening_at_peak": "mm", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
+
+
+class Comparison:
+    """A discrete and a smeared run of one scene.
+
+    Attributes
+    ----------
+    discrete, smeared : Result
+    table : {quantity: {"discrete": , "smeared": , "relative_difference": }}, the difference that of the smeared value
+        over the discrete one. peak (N), opening_at_peak (mm); energy (N mm), the area under load over opening to the
+        common end; curve_distance, the area between the curves over the area under each, and over the mean of both;
+        iterations; seconds, without files.
+    notes : what stopped a run early, and what the runs say of themselves
+    """
+
+    def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
+        self.discrete, self.smeared, self.notes = discrete, smeared, notes
+        results = {"discrete": discrete, "smeared": smeared}
+        ends = [_travel(result)[-1] for result in results.values()]
+        self._end = float(min(ends))
+        curves = {name: _to(result, self._end) for name, result in results.items()}
+        energy = {name: float(np.trapezoid(load, opening)) for name, (_, opening, load) in curves.items()}
+        under = {name: float(np.trapezoid(abs(load), s)) for name, (s, _, load) in curves.items()}
+        s = np.union1d(curves["discrete"][0], curves["smeared"][0])
+        gap = np.interp(s, *curves["smeared"][::2]) - np.interp(s, *curves["discrete"][::2])
+        between = float(np.trapezoid(abs(gap), s))
+        self.table: dict[str, dict[str, float]] = {
+            "peak": _row({name: result.peak_load for name, result in results.items()}),
+            "opening_at_peak": _row({name: result.opening_at_peak for name, result in results.items()}),
+            "energy": _row(energy),
+            "curve_distance": {name: _ratio(between, area) for name, area in under.items()}
+            | {"relative_difference": _ratio(2 * between, sum(under.values()))},
+            "iterations": _row({name: float(result.iterations) for name, result in results.items()}),
+            "seconds": _row({name: result.solution_time for name, result in results.items()}),
+        }
+
+    def difference(self) -> tuple[Array, Array]:
+        """Load of the smeared run less that of the discrete one (N) over the opening (mm) that both have travelled."""
+        curves = [_to(result, self._end) for result in (self.discrete, self.smeared)]
+        s = np.union1d(curves[0][0], curves[1][0])
+        return s, np.interp(s, *curves[1][::2]) - np.interp(s, *curves[0][::2])
+
+    def profiles(self) -> list[tuple[str, dict[str, tuple[Array, Array]]]]:
+        """Opening (mm) over the position along the crack path (mm) at three stages: the peak, half the peak load
+        after it (or halfway to the end), and the end. A pair (title, {model: (position, opening)}) for each."""
+        s, opening, load = _to(self.discrete, self._end)
+        peak = int(load.argmax())
+        fallen = np.flatnonzero(load[peak:] <= 0.5 * load[peak])
+        middle = s[peak + fallen[0]] if fallen.size and s[peak + fallen[0]] < 0.9 * self._end else 0.5 * (s[peak] + self._end)
+        found = []
+        for at in (s[peak], float(middle), self._end):
+            title = f"opening {np.interp(at, s, opening):.3g} mm"
+            found.append((title, {name: _profile(getattr(self, name), at) for name in MODELS}))
+        return found
+
+    def summary(self) -> str:
+        """The printed table."""
+        lines = [self.discrete.scene.title, f"{'':24s}{'discrete':>12s}{'smeared':>12s}{'difference':>12s}"]
+        for name, row in self.table.items():
+            unit = f" ({_UNITS[name]})" if _UNITS[name] else ""
+            label = name.replace("_", " ") + unit
+            values = "".join(f"{row[model]:12.5g}" for model in MODELS)
+            lines.append(f"{label:24s}{values}{100 * row['relative_difference']:+11.2f}%")
+        lines[5] = lines[5].replace("+", " ")  # a distance has no sign
+        lines.append(f"energy and distance up to an opening travelled of {self._end:.4g} mm, the end that both runs reach")
+        return "\n".join(lines + self.notes)
+
+    def plot(self) -> Figure:
+        """Both curves, their difference below, and opening profiles; a matplotlib figure."""
+        from .plots import comparison_figure
+
+        return comparison_figure(self)
+
+    def save(self, folder: str | Path) -> None:
+        """Write comparison.csv and comparison.png; with each run's own files in the folders discrete and smeared.
+
+        Raises
+        ------
+        SceneError
+            If the folder cannot be written.
+        """
+        from .plots import save
+
+        folder = Path(folder)
+        make_folder(folder)
+        for name in MODELS:
+            getattr(self, name).save(folder / name)
+        head = "quantity,unit,discrete,smeared,relative_difference\n"
+        rows = (
+            f"{name},{_UNITS[name]},{row['discrete']:.9g},{row['smeared']:.9g},{row['relative_difference']:.9g}\n"
+            for name, row in self.table.items()
+        )
+        text = head + "".join(rows)
+        write_file(folder / "comparison.csv", lambda path: write_text(path, text))
+        write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
+
+
+def compare(
+    scene: Scene,
+    output: str | Path | None = None,
+    on_step: Callable[[Step, dict[str, float]], None] | None = None,
+) -> Comparison:
+    """Run a scene with zero-thickness interface elements and with the crack band.
+
+    A run that stops early is compared as far as it came, and the notes say why it stopped. The band needs the whole
+    body: `model.half` holds for the discrete run only.
+
+    Parameters
+    ----------
+    scene : Scene; its model.kind does not matter.
+    output : folder in whose subfolders discrete and smeared the histories grow during the runs.
+    on_step : as in `run`.
+
+    Raises
+    ------
+    SceneError, MeshError
+        For bad input.
+    NotConverged, KeyboardInterrupt
+        Where not even one step of a run converged, and for an interruption, with the exception's `result`.
+    """
+    results, notes = [], []
+    scenes = [scene.with_(**{"model.kind": "discrete"}), scene.with_(**{"model.kind": "smeared", "model.half": False})]
+    for name, one in zip(MODELS, scenes, strict=True):
+        try:
+            result = run(one, output=None if output is None else Path(output) / name, on_step=on_step)
+        except NotConverged as error:
+            if not isinstance(error.result, Result) or not len(error.result.history["step"]):
+                raise
+            result = error.result
+        notes += [f"{name}: {note}" for note in result.notes]
+        results.append(result)
+    return Comparison(results[0], results[1], notes)
+
+
+def _row(values: dict[str, float]) -> dict[str, float]:
+    return values | {"relative_difference": _ratio(values["smeared"] - values["discrete"], values["discrete"])}
+
+
+def _ratio(value: float, over: float) -> float:
+    return value / over if over else 0.0
+
+
+def _travel(result: Result) -> Array:
+    """Opening travelled, forth and back, from the unloaded state: the common parameter of two runs."""
+    return np.cumsum(abs(np.diff(np.r_[0.0, result.history["opening"]])))
+
+
+def _to(result: Result, end: float) -> tuple[Array, Array, Array]:
+    """Opening travelled, opening and load from the unloaded state to a common end."""
+    s = np.r_[0.0, _travel(result)]
+    keep = np.r_[s[s < end], end]
+    return keep, *(np.interp(keep, s, np.r_[0.0, result.history[name]]) for name in ("opening", "load"))
+
+
+def _profile(result: Result, travelled: float) -> tuple[Array, Array]:
+    """Positions along the path and openings, between the two rows around an opening travelled."""
+    s = _travel(result)
+    after = int(np.clip(np.searchsorted(s, travelled), 0, len(s) - 1))
+    before = max(after - 1, 0)
+    share = (travelled - s[before]) / (s[after] - s[before]) if s[after] > s[before] else 1.0
+    where, late = result.opening_profile(after)
+    early = result.opening_profile(before)[1]
+    position = _along(where, getattr(result.scene.specimen, "paths", []))
+    order = np.argsort(position, kind="stable")
+    return position[order], ((1.0 - share) * early + share * late)[order]
+
+
+def _along(points: Array, lines: list[Line]) -> Array:
+    """Distance along the crack path of the nearest point of it; without a path, along the longer side of the points."""
+    if not lines:
+        span = np.ptp(points, axis=0)
+        return np.asarray(points[:, span.argmax()] - points[:, span.argmax()].min())
+    nearest, position, start = np.full(len(points), np.inf), np.zeros(len(points)), 0.0
+    for line in lines:
+        for a, b in pairwise(np.asarray(line, dtype=float)):
+            length = float(np.hypot(*(b - a)))
+            along = np.clip((points - a) @ (b - a) / length, 0.0, length)
+            distance = np.hypot(*(points - a - along[:, None] * (b - a) / length).T)
+            closer = distance < nearest
+            nearest[closer], position[closer] = distance[closer], start + along[closer]
+            start += length
+    return position
