@@ -94,35 +94,32 @@ PATHS = {  # jumps in units of Zm
 }
 
 
-@pytest.mark.parametrize("side", [2.5, 20.0, 60.0])
-@pytest.mark.parametrize("path", PATHS)
-def test_one_crack_is_the_law_with_the_width_of_the_element(path: str, side: float) -> None:
-    """Lateral stress free: the strain along the plane is -nu sigma / E. Turned squares all at once, l_ch = side."""
-    law, plane = band(side, angle=ANGLES), CrackPlane(CONCRETE, side)
-    N = stress_transformation(frames(ANGLES))
-    state, Z, peak = law.initial(), np.zeros(1), 0.0
-    for jump in PATHS[path] * Zm:
-        traction, Z = plane.traction(jump[None], Z)
-        (t1, t2), peak = traction[0], max(peak, abs(traction).max())
-        local = np.array([jump[0] / side, -CONCRETE.nu * t1 / CONCRETE.E, jump[1] / side])
-        along = np.einsum("nij,nkj->nik", frames(ANGLES)[:, ::-1], np.eye(2)[None])  # planes across the first ones
-        across = stress_transformation(along)[:, 0]
-        strain = np.einsum("ndk,d->nk", N, local[[0, 2]]) + local[1] * across
-        state = advance(law, strain, state)
-        exact = np.einsum("ndk,d->nk", N * [1, 1, 0.5], [t1, 2 * t2])  # n t1 n + t2 (n t + t n)
-        exact = np.einsum("ndk,d->nk", _back(ANGLES), [t1, t2])
-        np.testing.assert_allclose(state.stress, exact, atol=1e-8 * max(FT, peak), rtol=0)
-    if path != "opening":
-        assert peak > FT / 3 and len(state.cracks.point) == len(ANGLES)
-    np.testing.assert_allclose(state.cracks.length, side, rtol=1e-12)
-
-
-def _back(angle: Array) -> Array:
+def stresses(angle: Array) -> Array:
     """Tractions (normal, shear) on a plane without lateral stress to the stress [xx, yy, xy]: (n, 2, 3)."""
     f = frames(angle)
     n, t = f[:, 0], f[:, 1]
     tensors = [np.einsum("ni,nj->nij", n, n), np.einsum("ni,nj->nij", n, t) + np.einsum("ni,nj->nij", t, n)]
     return np.stack([np.stack([x[:, 0, 0], x[:, 1, 1], x[:, 0, 1]], axis=1) for x in tensors], axis=1)
+
+
+@pytest.mark.parametrize("side", [2.5, 20.0, 60.0])
+@pytest.mark.parametrize("path", PATHS)
+def test_one_crack_is_the_law_with_the_width_of_the_element(path: str, side: float) -> None:
+    """Lateral stress free: the strain along the plane is -nu sigma / E. Turned squares all at once, l_ch = side."""
+    law, plane = band(side, angle=ANGLES), CrackPlane(CONCRETE, side)
+    N, across = (stress_transformation(frames(ANGLES)[:, order]) for order in ([0, 1], [1, 0]))
+    state, Z, peak = law.initial(), np.zeros(1), 0.0
+    for jump in PATHS[path] * Zm:
+        traction, Z = plane.traction(jump[None], Z)
+        (t1, t2), peak = traction[0], max(peak, abs(traction).max())
+        local = np.array([jump[0] / side, -CONCRETE.nu * t1 / CONCRETE.E, jump[1] / side])
+        strain = np.einsum("ndk,d->nk", N, local[[0, 2]]) + local[1] * across[:, 0]
+        state = advance(law, strain, state)
+        exact = np.einsum("ndk,d->nk", stresses(ANGLES), [t1, t2])
+        np.testing.assert_allclose(state.stress, exact, atol=1e-8 * max(FT, peak), rtol=0)
+    if path != "opening":
+        assert peak > FT / 3 and len(state.cracks.point) == len(ANGLES)
+    np.testing.assert_allclose(state.cracks.length, side, rtol=1e-12)
 
 
 def test_without_shear_scaling_contact_has_the_printed_reduction() -> None:
@@ -215,8 +212,7 @@ def test_the_threshold_angle_and_the_number_of_planes() -> None:
 
 def test_a_plane_of_the_path_is_taken_where_it_is_as_good_as_the_major_one() -> None:
     law = band()
-    off = frames(np.radians([10.0]))[:, 0]  # cos^2 of 10 degrees is .97, of 20 degrees .88
-    for angle, taken in ((10.0, True), (20.0, False)):
+    for angle, taken in ((10.0, True), (20.0, False)):  # cos^2 is .97 and .88, the limit .95
         off = frames(np.radians([angle]))[:, 0]
         state = follow(replace(law, path_normal=off), law.initial(), [1.5 * FT / CONCRETE.E, 0, 0])
         cosine = abs(state.cracks.frame[0, 0] @ off[0])
@@ -269,7 +265,7 @@ def test_tangent_is_consistent(name: str, side: float, plane: str) -> None:
     law = band(side, plane)
     start = follow(law, law.initial(), *(np.array(leg) * Zm / side for leg in legs))
     at = np.array([step]) * (Zm / side if legs else FT / CONCRETE.E * 500)
-    assert len(start.cracks.point) == ("one" in name or "shut" == name) or legs
+    assert len(start.cracks.point) == (2 if "two" in name else min(1, len(legs)))
     _, tangent = law.update(at, start)
     h = 1e-3 * Zm / side / 40
 
@@ -367,5 +363,163 @@ def test_longest_chord_of_random_quadrilaterals() -> None:
         assert brute >= got * (1 - 1e-3)  # the chord is concave in the offset: linear to its summit
         sizes = [np.linalg.norm(a - b) for a in corners for b in corners]
         assert 0 < got <= np.ptp(corners @ way) * (1 + 1e-9) <= max(sizes) * (1 + 1e-9)
-        area = 0.5 * abs(np.cross(corners[2] - corners[0], corners[3] - corners[1])) if False else _area(corners)
-        assert got >= area / offset  # the mean chord
+        (a, b), (c, d) = corners[2] - corners[0], corners[3] - corners[1]
+        assert got >= 0.5 * abs(a * d - b * c) / offset  # the mean chord: area over height
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_stress_transformation_is_the_tensor_rule(d: int) -> None:
+    random = np.random.default_rng(6)
+    frame = np.linalg.qr(random.normal(size=(20, d, d)))[0]
+    stress = random.normal(size=(20, d * (d + 1) // 2))
+    N, sigma = stress_transformation(frame), stress_tensor(stress)
+    np.testing.assert_array_equal(sigma, sigma.transpose(0, 2, 1))
+    pairs = [(0, 0), (1, 1), (0, 1)] if d == 2 else [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]
+    np.testing.assert_array_equal(np.stack([sigma[:, i, j] for i, j in pairs], axis=1), stress)
+    local = np.einsum("ndk,nk->nd", N, stress)
+    np.testing.assert_allclose(local, np.einsum("nij,njk,nk->ni", frame, sigma, frame[:, 0]), atol=1e-14)
+    # local to global engineering strain: the tensor n e n + sum of (n t + t n) e / 2, and the same work
+    e = random.normal(size=(20, d))
+    n = frame[:, 0]
+    half = np.einsum("ni,nd,ndj->nij", n, e, frame) / 2
+    strain = half + half.transpose(0, 2, 1)
+    voigt = np.stack([strain[:, i, j] * (1 if i == j else 2) for i, j in pairs], axis=1)
+    np.testing.assert_allclose(np.einsum("ndk,nd->nk", N, e), voigt, atol=1e-14)
+    np.testing.assert_allclose((voigt * stress).sum(axis=1), (e * local).sum(axis=1), atol=1e-13)
+
+
+# -- energies -----------------------------------------------------------------------------------
+
+
+def books(law: CrackBand, legs: list[list[float]], steps: int) -> tuple[Array, float, BandState]:
+    """Work, elastic, stored, dissipated and contact work per volume along legs of strain; the largest work; the end."""
+    start, totals, largest = law.initial(), np.zeros(5), 0.0
+    for leg in legs:
+        begin = start.deformation
+        for part in np.linspace(0, 1, steps + 1)[1:]:
+            old, new = start, advance(law, begin + part * (np.array(leg) - begin), start)
+            if len(new.cracks.point) > len(old.cracks.point):  # the committed state with the new plane
+                old = law.grow(old, law.update(new.deformation, old)[0]) or old
+            totals[0] += 0.5 * float(((old.stress + new.stress) * (new.deformation - old.deformation)).sum())
+            totals[3] += float(law.dissipation(old, new)[0][0])
+            totals[4] += float(law.contact_work(old, new)[0])
+            start, largest = new, max(largest, totals[0])
+        totals[1:3] = [float(x[0]) for x in law.energies(start)]
+    return totals, largest, start
+
+
+#: legs in units of Zm / side
+WAYS = {
+    "opening": [[0.01, 0, 0], [1.0, 0, 0]],
+    "opening and closing": [[0.01, 0, 0], [0.3, 0, 0], [0.0, 0, 0], [0.4, 0, 0]],
+    "opening, then shear": [[0.01, 0, 0], [0.1, 0, 0], [0.1, 0, 0.6]],
+    "two cracks": [[0.01, 0, 0], [0.2, 0, 0], [0.2, 0.2, 0.1]],
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_work_is_accounted_for(way: str) -> None:
+    """The integrals over a step are of second order in it: at 400 steps to a leg the error is below 1e-3 of the work."""
+    law = band(20.0, nu=0.0 if way == "opening" else 0.2)
+    legs = [[x * Zm / 20 for x in leg] for leg in WAYS[way]]
+    totals, largest, state = books(law, legs, 400)
+    assert len(state.cracks.point) == 1 + (way == "two cracks")
+    assert totals[0] == pytest.approx(totals[1:].sum(), abs=1e-3 * largest)
+    if way == "opening and closing" or "shear" in way:
+        assert abs(totals[4]) > 0.01 * largest
+
+
+@pytest.mark.parametrize("side", [2.0, 20.0, 100.0])
+def test_opening_dissipates_the_fracture_energy_over_the_length(side: float) -> None:
+    """Up to u = 2 Zm, where exp(-c1 u / Zm) (1 + c1 u / Zm / 2 ..) is below 1e-3; without Poisson's ratio free of lateral stress."""
+    law = band(side, nu=0.0)
+    totals, *_ = books(law, [[0.01 * Zm / side, 0, 0], [2 * Zm / side, 0, 0]], 50)
+    expected = (CONCRETE.Gf + FT**2 * side / (2 * CONCRETE.E)) / side
+    assert totals[3] == pytest.approx(expected, rel=1e-3)
+    assert totals[3] < expected  # the tail is still to come
+
+
+@pytest.mark.parametrize("legs", [[[0.1, 0, 0.02]], [[0.1, 0, 0], [0.1, 0.08, 0.02]]], ids=["one crack", "two cracks"])
+def test_dissipation_gradient(legs: list[list[float]]) -> None:
+    law, unit = band(20.0), Zm / 20
+    start = follow(law, law.initial(), [0.05 * unit, 0, 0], *(np.array(leg) * unit for leg in legs))
+    assert len(start.cracks.point) == len(legs)
+    at = start.deformation + np.array([0.03, 0.04, 0.03]) * unit
+
+    def value(strain: Array) -> float:
+        return float(law.dissipation(start, law.update(strain, start)[0])[0].sum())
+
+    gradient = law.dissipation(start, law.update(at, start)[0])[1][0]
+    h = 1e-3 * unit / 10
+    expected = [(value(at + h * e) - value(at - h * e)) / (2 * h) for e in np.eye(3)]
+    assert value(at) > 0
+    np.testing.assert_allclose(gradient, expected, rtol=1e-6, atol=1e-6 * abs(gradient).max())
+
+
+# -- robustness ---------------------------------------------------------------------------------
+
+
+def test_a_failure_names_the_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    law = band(angle=ANGLES)
+    start = follow(law, law.initial(), [0.1 * Zm / 20, 0, 0])
+    strain = start.deformation.copy()
+    strain[3] = np.array([0.3, 0.1, 0.2]) * Zm / 20
+    monkeypatch.setattr("cohesive.crackband.MAX_ITERATIONS", 0)
+    with pytest.raises(PointFailure, match=r"1 point\(s\) have no solution") as caught:
+        law.update(strain, start)
+    assert caught.value.point == 3
+
+
+def slammed(law: CrackBand, start: BandState, strain: Array, parts: int) -> BandState | None:
+    begin = start.deformation
+    try:
+        for part in np.linspace(0, 1, parts + 1)[1:]:
+            start, _ = law.update(begin + part * (strain - begin), start)
+    except PointFailure:
+        return None
+    return start
+
+
+@pytest.mark.parametrize(("plane", "nu"), [("stress", 0.2), ("strain", 0.2), ("strain", 0.45)])
+@pytest.mark.parametrize("side", [2.5, 40.0])
+def test_a_crack_slammed_shut_ends_where_a_slow_one_does(side: float, plane: str, nu: float) -> None:
+    """To -10 .. -40 MPa in one step against many; where a fold bars the slow way, the fast one may fail, or be in balance."""
+    law = band(side, plane, nu=nu)
+    open_ = follow(law, law.initial(), [0.3 * Zm / side, 0, 0])
+    random = np.random.default_rng(9)
+    compared = 0
+    for stress in (10.0, 25.0, 40.0):
+        for lateral, shear in ((0.0, 0.0), random.uniform(-0.5, 0.5, 2)):
+            strain = np.array([[-1.0, lateral, shear]]) * stress / CONCRETE.E
+            fast, slow = (slammed(law, open_, strain, parts) for parts in (1, 60))
+            for state in (fast, slow):
+                if state is not None:
+                    check(law, state)
+            if fast is not None and slow is not None and (fast.cracks.Z == slow.cracks.Z).all():
+                np.testing.assert_allclose(fast.stress, slow.stress, atol=1e-7 * stress)
+                compared += 1
+    assert compared >= (5 if nu == 0.2 else 3)
+
+
+@pytest.mark.parametrize(("plane", "nu"), [("stress", 0.2), ("strain", 0.2), ("strain", 0.45)])
+def test_random_walks_stay_on_the_law(plane: str, nu: float) -> None:
+    """Opening, closing and shear at random: every state that is returned is in balance, and few steps fail."""
+    random, failed, planes = np.random.default_rng(10), 0, 0
+    walks, steps, side = 30, 25, 10.0
+    laws = [band(side, plane, nu=nu) for _ in range(walks)]
+    for law in laws:
+        state = law.initial()
+        for kind in random.integers(0, 3, steps):
+            move = random.normal(size=3) * ([0.05, 0.03, 0.01], [0.02, 0.02, 0.0], [0.01, 0.01, 0.1])[kind]
+            if kind == 1:
+                move = np.append(-0.8 * state.deformation[0, :2] * side / Zm, 0.0) + move  # nearly shut
+            strain = np.maximum(state.deformation + move * Zm / side, [-8e-4, -8e-4, -np.inf])
+            try:
+                state = advance(law, strain, state)
+            except PointFailure:
+                failed += 1
+                continue
+            check(law, state)
+        planes += len(state.cracks.point)
+    assert planes > 1.5 * walks
+    assert failed <= 0.01 * walks * steps
