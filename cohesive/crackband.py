@@ -33,7 +33,8 @@ MAX_ITERATIONS = 15  # of Box 1
 CUT_OFF = 1e-10
 #: a point without a solution is led to its strain from the committed one in so many parts, at most
 _PARTS = (4, 16, 64)
-#: lengths of the local line search
+#: the local line search wants the stress error to fall by this part of the step length; its lengths below 1
+_DECREASE = 1e-4
 _LENGTHS = 0.5 ** np.arange(1, 8)
 #: planes due whose excess over ft is at least this part of the largest excess are formed together
 _WORST = 0.5
@@ -335,43 +336,35 @@ class _Group:
         return np.asarray(T + self.P[rows] - self.P[rows] @ (self.C[:, None] * T))
 
     def _newton(self, e: Array, strain: Array, rows: Index, frozen: bool) -> tuple[Array, NDArray[np.bool_]]:
-        """Local iteration of Box 1 with a line search; the history stays what it was. Local strains and success."""
+        """Local iteration of Box 1 with a line search; the history stays what it was. Local strains, and whether they
+        solve their point on the branch that begins elastic."""
         e = e.copy()
-        done = np.zeros(len(rows), dtype=bool)
         floor = 8 * np.finfo(float).eps * float(abs(self.band.D).max())
-        for iteration in range(MAX_ITERATIONS + 1):
+        error, T, *_ = self._at(e, strain, rows, frozen)
+        for _ in range(MAX_ITERATIONS):
+            done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
             left = np.flatnonzero(~done)
             if not left.size:
                 break
             at = rows[left]
-            error, T, *_ = self._at(e[left], strain[left], at, frozen and iteration == 0)
-            size = abs(error).max(axis=1)
-            ok = size <= np.maximum(self.scale, floor * abs(e[left]).max(axis=1))
-            done[left[ok]] = True
-            if iteration == MAX_ITERATIONS:
-                break
-            left, at, T, error = left[~ok], at[~ok], T[~ok], error[~ok]
-            if not left.size:
-                break
-            step = _least_norm(self._matrix(T, at), error[:, :, None])[:, :, 0]
-            norm = np.linalg.norm(error, axis=1)
-            trial = e[left] + step
-            new = np.linalg.norm(self._at(trial, strain[left], at)[0], axis=1)
-            rises = np.flatnonzero(~(new < (1.0 - 1e-4) * norm))
-            best, best_norm = trial[rises], new[rises]
-            found = np.zeros(len(rises), dtype=bool)
+            step = _least_norm(self._matrix(T[left], at), error[left, :, None])[:, :, 0]
+            start, norm = e[left], np.linalg.norm(error[left], axis=1)
+            e[left] += step
+            error[left], T[left], *_ = self._at(e[left], strain[left], at)
+            # where the full step raises the error the first shorter one is taken that does not, else the full one
+            rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm))
             for length in _LENGTHS:
-                open_ = np.flatnonzero(~found)
-                if not open_.size:
+                if not rising.size:
                     break
-                here = rises[open_]
-                candidate = e[left[here]] + length * step[here]
-                value = np.linalg.norm(self._at(candidate, strain[left[here]], at[here])[0], axis=1)
-                better = value < (1.0 - 1e-4 * length) * norm[here]
-                best[open_[better]], best_norm[open_[better]] = candidate[better], value[better]
-                found[open_[better]] = True
-            trial[rises] = best
-            e[left] = trial
+                shorter = start[rising] + length * step[rising]
+                new_error, new_T, *_ = self._at(shorter, strain[left[rising]], at[rising])
+                better = np.linalg.norm(new_error, axis=1) < (1.0 - _DECREASE * length) * norm[rising]
+                found = left[rising[better]]
+                e[found], error[found], T[found] = shorter[better], new_error[better], new_T[better]
+                rising = rising[~better]
+        done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
+        if self.shape[1] == 1:  # beyond a fold the determinant has changed its sign
+            done &= np.linalg.det(self._matrix(T, rows)) > 0
         return e, done
 
     def solve(self, committed: Array, frozen: bool) -> NDArray[np.bool_]:
@@ -383,7 +376,6 @@ class _Group:
             if not rows.size:
                 break
             e, ok = self._newton(self.e0[rows], self.strain[rows], rows, first_frozen)
-            ok &= self._continues(e, rows)
             self.e[rows[ok]] = e[ok]
             solved[rows[ok]] = True
         for parts in _PARTS:
@@ -393,21 +385,12 @@ class _Group:
             e, alive = self.e0[rows], np.ones(len(rows), dtype=bool)
             for part in range(1, parts + 1):
                 strain = committed[rows] + part / parts * (self.strain[rows] - committed[rows])
+                e[alive], alive[alive] = self._newton(e[alive], strain[alive], rows[alive], frozen and part == 1)
                 if not alive.any():
                     break
-                e[alive], ok = self._newton(e[alive], strain[alive], rows[alive], frozen and part == 1)
-                ok &= self._continues(e[alive], rows[alive])
-                alive[alive] = ok
             self.e[rows[alive]] = e[alive]
             solved[rows[alive]] = True
         return solved
-
-    def _continues(self, e: Array, rows: Index) -> NDArray[np.bool_]:
-        """Whether single planes stand on the branch that begins elastic: beyond a fold det M has changed its sign."""
-        if self.shape[1] > 1:
-            return np.ones(len(rows), dtype=bool)
-        _, T, *_ = self._at(e, self.strain[rows], rows)
-        return np.asarray(np.linalg.det(self._matrix(T, rows)) > 0)
 
     def respond(self, frozen: bool) -> tuple[Array, Array, Array, Array, Array]:
         """At the solution: stress, consistent tangent (37), tractions, history and de / deps."""
