@@ -45,8 +45,7 @@ class Comparison:
         curves = {name: _to(result, self._end) for name, result in results.items()}
         energy = {name: float(np.trapezoid(load, opening)) for name, (_, opening, load) in curves.items()}
         under = {name: float(np.trapezoid(abs(load), s)) for name, (s, _, load) in curves.items()}
-        s = np.union1d(curves["discrete"][0], curves["smeared"][0])
-        gap = np.interp(s, *curves["smeared"][::2]) - np.interp(s, *curves["discrete"][::2])
+        s, gap = self.difference()
         between = float(np.trapezoid(abs(gap), s))
         self.table: dict[str, dict[str, float]] = {
             "peak": _row({name: result.peak_load for name, result in results.items()}),
@@ -62,7 +61,10 @@ class Comparison:
         """Load of the smeared run less that of the discrete one (N) over the opening (mm) that both have travelled."""
         curves = [_to(result, self._end) for result in (self.discrete, self.smeared)]
         s = np.union1d(curves[0][0], curves[1][0])
-        return s, np.interp(s, *curves[1][::2]) - np.interp(s, *curves[0][::2])
+        gap = np.interp(s, *curves[1][::2]) - np.interp(s, *curves[0][::2])
+        cross = np.flatnonzero(gap[1:] * gap[:-1] < 0)  # where the curves cross, the difference has a corner at 0
+        root = s[cross] + (s[cross + 1] - s[cross]) * gap[cross] / (gap[cross] - gap[cross + 1])
+        return np.insert(s, cross + 1, root), np.insert(gap, cross + 1, 0.0)
 
     def profiles(self) -> list[tuple[str, dict[str, tuple[Array, Array]]]]:
         """Opening (mm) over the position along the crack path (mm) at three stages: the peak, half the peak load
@@ -86,7 +88,7 @@ class Comparison:
             values = "".join(f"{row[model]:12.5g}" for model in MODELS)
             lines.append(f"{label:24s}{values}{100 * row['relative_difference']:+11.2f}%")
         lines[5] = lines[5].replace("+", " ")  # a distance has no sign
-        lines.append(f"energy and distance up to an opening travelled of {self._end:.4g} mm, the end that both runs reach")
+        lines.append(f"up to the end that both runs reach, an opening travelled of {self._end:.4g} mm: energy and curve distance")
         return "\n".join(lines + self.notes)
 
     def plot(self) -> Figure:

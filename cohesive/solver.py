@@ -239,7 +239,8 @@ class Problem:
                 if not np.isfinite(error):
                     raise NotConverged(f"the residual is not finite after {iteration} iterations")
                 rounding = 4 * np.finfo(float).eps * self._rounding * float(abs(now.v).max())
-                balanced = error <= max(self.tol * now.scale, rounding)
+                # rounding excuses little: a part that flies off has a large one
+                balanced = error <= max(self.tol * now.scale, min(rounding, 1e-6 * now.scale))
                 if balanced and abs(now.gap) <= self.tol and correction <= self.tol:
                     return Trial(self._state(start, now), iteration, residuals)
                 if iteration == MAX_ITERATIONS:
@@ -256,16 +257,18 @@ class Problem:
                     now, size = at(now.v + step[:-1], now.load + float(step[-1])), 1.0
                 correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), self.law.onset * 1e-3)
         except PointFailure as error:
-            x, y = self.points.where[error.point]
-            raise NotConverged(f"{error} at ({x:.4g}, {y:.4g})") from error
+            raise NotConverged(f"{error} at {self._place(error.point)}") from error
         change = np.linalg.norm(now.points.stress - start.points.stress, axis=1)
         worst = int(np.argmax(self.points.weights * change))
-        x, y = self.points.where[worst]
         values = ", ".join(f"{value:.3g}" for value in now.points.deformation[worst])
         raise NotConverged(
             f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, "
-            f"tolerance {self.tol:.0e}; the point that changed most is at ({x:.4g}, {y:.4g}), {self.law.quantity} ({values})"
+            f"tolerance {self.tol:.0e}; the point that changed most is at {self._place(worst)}, {self.law.quantity} ({values})"
         )
+
+    def _place(self, point: int) -> str:
+        x, y = np.round(self.points.where[point], 9) + 0.0  # no -0
+        return f"({x:.4g}, {y:.4g})"
 
     def _control(
         self, control: str, target: float, start: State, v: Array, load: float, points: Any

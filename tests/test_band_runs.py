@@ -33,7 +33,7 @@ def excess(scene: Scene, width: float) -> float:
 @pytest.mark.parametrize("width", [1.0, 8.0, 30.0])
 def test_a_bar_dissipates_the_same_on_any_mesh(width: float, along: int, shape: str) -> None:
     """The row has so many elements along the path; opened to 2 Zm, where e^-10 (1 + 5) of the energy is left."""
-    scene = smeared(band__width=width, mesh__crack_size=40.0 / along, mesh__far_size=20.0, mesh__shape=shape)
+    scene = smeared(band__width=width, mesh__crack_size=40.0 / along, mesh__far_size=40.0, mesh__shape=shape)
     Zm = scene.material.Zm
     stages = [{"control": "driven", "to": 0.02 * Zm, "steps": 6}, {"control": "driven", "to": 2.0 * Zm, "steps": 60}]
     result = run(scene.with_(stage=stages))
@@ -59,27 +59,28 @@ def test_a_bar_dissipates_the_same_on_any_mesh(width: float, along: int, shape: 
 @pytest.mark.parametrize(("shape", "order"), [("triangle", 1), ("quad", 1), ("triangle", 2)])
 @pytest.mark.parametrize("angle", [0.0, 20.0])
 def test_a_turned_block_has_the_same_history(angle: float, shape: str, order: int) -> None:
-    """Opened and nearly closed, also on an inclined path, where the crack slides. gmsh turns the corners, not the mesh:
-    inclined, the two meshes agree no better than the elements resolve it, so that case turns by the symmetry of the square."""
-    to = [0.05, 0.01]
-    options: dict[str, Any] = {"mesh__shape": shape, "mesh__order": order, "specimen__angle": angle, "stage__0__to": to}
-    turns = [30.0, 137.2] if angle == 0 else [90.0]
+    """Opened and nearly closed, also on an inclined path, where the crack slides. There gmsh pairs the triangles of a
+    turned block to other quadrilaterals: two meshes, whose loads differ by 2e-4."""
+    options: dict[str, Any] = {"mesh__shape": shape, "mesh__order": order, "specimen__angle": angle}
+    options["stage__0__to"] = [0.05, 0.01]
     straight = run(smeared(**options))
     assert straight.dissipated_energy > 1.0
-    for turn in turns:
-        same(straight, run(smeared(specimen__rotation=turn, **options)), 1e-8 if angle == 0 else 5e-3)
+    assert (abs(straight.history["sliding"]).max() > 1e-3) == (angle > 0)
+    for turn in (45.0, 90.0, 137.2):
+        other_mesh = angle > 0 and shape == "quad"
+        same(straight, run(smeared(specimen__rotation=turn, **options)), 1e-3 if other_mesh else 1e-8)
 
 
 @pytest.mark.parametrize("to", [[0.12], [0.06, 0.0, 0.12]], ids=["opened", "opened, closed, reopened"])
 def test_the_energies_of_a_beam_add_up(beam: Scene, to: list[float]) -> None:
-    """The trapezoidal work of a step is second order in it: with the steps halved the error falls to below a half."""
+    """The trapezoidal work of a step is second order in it: half the steps, a quarter of the error (2e-4 at 80)."""
     errors = []
     for steps in (40, 80):
         result = run(beam.with_(**{"model.kind": "smeared", "stage.0.to": to, "stage.0.steps": steps}))
         errors.append(result.energy_error)
         assert result.history["opening"][-1] == pytest.approx(to[-1], rel=1e-5)
-    assert errors[1] < 1.5e-3
-    assert errors[1] < 0.5 * errors[0]
+    assert errors[1] < 5e-4
+    assert errors[1] < 0.4 * errors[0]
     if len(to) > 1:
         h = result.history
         assert h["load"][h["opening"] < 0.005].min() < 0  # it takes a push to close rough faces
@@ -89,7 +90,7 @@ def test_the_energies_of_a_beam_add_up(beam: Scene, to: list[float]) -> None:
 
 
 def test_newton_converges_quadratically(beam: Scene) -> None:
-    """In the steps that form no plane; the last digits belong to the local tolerance of 1e-11 ft."""
+    """In the steps that form no plane, by a constant that holds over the whole run (measured: 0.2)."""
     tails: list[list[float]] = []
     planes = [0]
 
@@ -101,9 +102,7 @@ def test_newton_converges_quadratically(beam: Scene) -> None:
     run(beam.with_(**{"solver.tol": 1e-10, "stage.0.steps": 40}), model="smeared", on_step=keep)
     pairs = [(a, b) for residuals in tails for a, b in pairwise(residuals[1:]) if 1e-5 < a < 1e-3]
     assert len(pairs) >= 10 and planes[-1] > 5
-    ratios = np.array([b / a**2 for a, b in pairs])
-    print(np.sort(ratios)[::-1][:10], len(pairs))
-    assert np.max(ratios) < 1e3
+    assert all(after < 2.0 * before**2 for before, after in pairs)
 
 
 def test_condensed_and_full_newton_agree(beam: Scene) -> None:
@@ -129,6 +128,7 @@ def test_dissipation_control_ends_at_its_targets(beam: Scene) -> None:
 
 def test_a_long_bar_snaps_back_under_dissipation_control() -> None:
     scene = smeared(specimen__height=1200.0, specimen__width=20.0, mesh__far_size=40.0, mesh__crack_size=20.0, band__width=4.0)
+    scene = scene.with_(**{"solver.tol": 1e-8})  # at the onset planes are formed 1e-9 ft late
     result = run(scene.with_(stage=[{"control": "dissipation", "to": 20.0, "steps": 30}]))
     h = result.history
     assert h["dissipated"][-1] == pytest.approx(20.0, rel=1e-9)
@@ -142,13 +142,14 @@ def test_a_long_bar_snaps_back_under_dissipation_control() -> None:
     ids=lambda c: ", ".join(map(str, c.values())) or "as it is",
 )
 def test_the_beam_agrees_with_the_discrete_crack(beam: Scene, changes: dict[str, Any]) -> None:
-    """A band of 2.5 mm against the interface: two elements of another kind, a tenth of the beam's ligament each."""
+    """A band of 2.5 mm, a tenth of the ligament, against the interface: the peak within 1 %, the tail within 5 %, where
+    elements of first order are 3 % off and those of second order 1 %."""
     scene = beam.with_(**changes)
     band, crack = run(scene, model="smeared"), run(scene)
-    assert band.peak_load == pytest.approx(crack.peak_load, rel=0.03)
+    assert band.peak_load == pytest.approx(crack.peak_load, rel=0.01)
     end = [np.interp(0.1, r.history["opening"], r.history["load"]) for r in (band, crack)]
     assert end[0] == pytest.approx(end[1], rel=0.05)
-    assert band.dissipated_energy == pytest.approx(crack.dissipated_energy, rel=0.05)
+    assert band.dissipated_energy == pytest.approx(crack.dissipated_energy, rel=0.03)
 
 
 @pytest.mark.parametrize(("shape", "order"), [("triangle", 1), ("quad", 1)])
@@ -190,7 +191,7 @@ def test_the_width_of_the_band_is_warned_of_and_refused() -> None:
     for part, noted in ((0.049, False), (0.051, True), (0.5, True)):
         result = run(smeared(band__width=part * limit, stage=first, **tall))
         assert (len(result.notes) == 1 and f"{100 * part:.1f} % more than Gf" in result.notes[0]) == noted
-    with pytest.raises(ValueError, match=r"^band.width = 8\d\d: .* 10\d % of Gf .*expected less than 820.3 mm$"):
+    with pytest.raises(ValueError, match=r"^band.width = 828.5\d+: .* 201 % of Gf .*expected less than 820.3 mm$"):
         run(smeared(band__width=1.01 * limit, stage=first, **tall))
 
 
@@ -210,7 +211,7 @@ def test_the_width_of_the_band_is_warned_of_and_refused() -> None:
         ({"model.half": True}, r"^model.half = true: the crack band lies on both sides"),
         ({"stage.0.angle": 90.0}, r"^stage.0.angle = 90: this specimen is driven in one direction"),
         ({"specimen.gauge": 0.0, "band.where": "everywhere"}, r"^specimen.gauge: this band has no faces"),
-        ({"stage.0.control": "dissipation", "stage.0.to": 95.0}, r"^stage.0.to = 95: the crack can dissipate"),
+        ({"stage.0.control": "dissipation", "stage.0.to": 500.0}, r"^stage.0.to = 500: the crack can dissipate"),
     ],
 )
 def test_what_does_not_fit_is_named_in_one_line(beam: Scene, changes: dict[str, Any], message: str) -> None:
