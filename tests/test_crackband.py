@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import fields, replace
 from typing import Any
 
@@ -46,7 +47,7 @@ def advance(law: CrackBand, strain: Array, start: BandState) -> tuple[BandState,
     return start, state
 
 
-def follow(law: CrackBand, start: BandState, *targets: Any, steps: int = 30) -> BandState:
+def follow(law: CrackBand, start: BandState, *targets: Any, steps: int = 15) -> BandState:
     """Straight legs in the strain."""
     for target in targets:
         begin = start.deformation
@@ -69,8 +70,6 @@ def check(law: CrackBand, state: BandState) -> None:
         release[point] += N[i].T @ (cracks.strain[i] - law.compliance * traction[0])
     np.testing.assert_allclose(state.stress, (state.deformation - release) @ law.D, atol=10 * allowed, rtol=1e-12)
 
-
-# -- against the law itself ---------------------------------------------------------------------
 
 PATHS = {  # corners of the paths of the jump in units of Zm
     "opening": [(0, 0), (1.5, 0)],
@@ -110,7 +109,7 @@ def test_without_shear_scaling_contact_has_the_printed_reduction() -> None:
         state = follow(law, law.initial(), [0.1 * Zm / side, 0, 0], strain)
         check(law, state)
         np.testing.assert_allclose(state.stress[0], [t[0], 0, t[1]], atol=1e-8 * FT)
-        undamaged = (1 - plane.damage(state.cracks.Z)) * plane.stiffness(2) * jump[0]
+        undamaged = (1 - plane.damage(state.cracks.Z)) * plane.stiffness(2) * state.cracks.jump[0]
         contact.append(state.cracks.traction[0] - undamaged)
     H = float(np.dot(CONCRETE.p, np.exp(-jump[0, 0] / (np.array(CONCRETE.c) * Zm))))
     np.testing.assert_allclose(contact[0] / contact[1], side / (H * side + (1 - H) * CONCRETE.h), rtol=1e-6)
@@ -135,35 +134,24 @@ def test_a_law_of_many_widths_is_the_laws_of_each(components: int) -> None:
     for j, value in enumerate(everything(many, slice(None))):
         np.testing.assert_allclose(value, np.concatenate([one[j] for one in each]), rtol=1e-13)
     for bad in (np.array([1.0, 0.0]), np.array([1.0, -2.0]), np.array([np.nan]), np.array([np.inf]), np.ones((2, 2))):
-        with pytest.raises(ValueError, match=r"^width = .*expected a \(n,\) array of finite numbers above 0"):
+        with pytest.raises(ValueError, match=r"(?s)^width = .*: expected a \(n,\) array of finite numbers above 0"):
             many.of_width(bad)
 
 
-# -- several planes -----------------------------------------------------------------------------
-
-
-def test_two_planes_do_not_know_which_is_which() -> None:
-    """Opened one after the other to 10 Zm and sheared; the same with the axes exchanged."""
+def test_two_planes_do_not_know_which_is_which_and_share_the_shear() -> None:
+    """Opened one after the other to 10 Zm and sheared; the same with the axes exchanged. Two free planes share the shear
+    strain with the least norm: the part of de that makes no strain, N^T de = 0, is never entered."""
     law, wide = band(), 10 * Zm / 20.0
     here = there = law.initial()
-    for leg in ([wide / 20, 0, 0], [wide / 10, wide / 20, 0], [wide, 0.9 * wide, 0], [wide, 0.9 * wide, 0.5 * wide]):
-        here, there = follow(law, here, leg), follow(law, there, np.array(leg)[[1, 0, 2]])
+    for leg in np.array([[0.05, 0, 0], [0.1, 0.05, 0], [1, 0.9, 0], [1, 0.9, 0.1], [1, 0.9, 0.5], [1, 0.9, -0.2]]) * wide:
+        before, here, there = here, follow(law, here, leg), follow(law, there, leg[[1, 0, 2]])
         check(law, here)
         np.testing.assert_allclose(here.stress[:, [1, 0, 2]], there.stress, atol=1e-9 * FT)
+        if leg[2] != 0:
+            step = (here.cracks.strain - before.cracks.strain).ravel()
+            null = np.linalg.svd(stress_transformation(here.cracks.frame).reshape(4, 3).T)[2][-1]
+            assert abs(step @ null) < 1e-9 * np.linalg.norm(step)
     np.testing.assert_allclose(abs(here.cracks.frame[:, 0]), np.eye(2), atol=1e-9)
-
-
-def test_the_split_of_shear_between_open_planes_has_the_least_norm() -> None:
-    """Two free planes share the shear strain: the part of de that makes no strain, N^T de = 0, is never entered."""
-    law, wide = band(), 10 * Zm / 20.0
-    state = follow(law, law.initial(), [wide / 20, 0, 0], [wide, wide / 2, 0], [wide, wide, 0])
-    null = np.linalg.svd(stress_transformation(state.cracks.frame).reshape(4, 3).T)[2][-1]
-    for shear in (0.1 * wide, 0.3 * wide, 0.2 * wide):
-        new = follow(law, state, [wide, wide, shear], steps=3)
-        step = (new.cracks.strain - state.cracks.strain).ravel()
-        assert np.linalg.norm(step) > 0.05 * wide
-        assert abs(step @ null) < 1e-9 * np.linalg.norm(step)
-        state = new
 
 
 @pytest.mark.parametrize(
@@ -211,8 +199,6 @@ def test_a_new_plane_is_inert() -> None:
         np.testing.assert_allclose(tangent, before, rtol=0, atol=1e-8 * law.D.max())
         start = follow(law, law.initial(), [0.1 * Zm / 20, 0, 0])
 
-
-# -- tangent, purity ----------------------------------------------------------------------------
 
 STATES: dict[str, list[list[float]]] = {  # legs that are committed, and the step, in units of Zm / side
     "elastic": [[1e-4, 5e-5, 3e-5]],
@@ -272,16 +258,12 @@ def test_update_is_pure_and_history_follows_the_committed_state() -> None:
     far, near = (np.tile(np.array(x) * unit, (len(ANGLES), 1)) for x in ([1.0, 0.5, 0.3], [0.08, 0.04, 0.01]))
     (first, T1), (thrown, _), (second, T2) = (law.update(strain, start) for strain in (near, far, near))
     assert (thrown.cracks.Z > 2 * start.cracks.Z).any()
-    for a, b in ((first.stress, second.stress), (first.cracks.Z, second.cracks.Z), (T1, T2)):
-        np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(np.r_[first.stress.ravel(), T1.ravel()], np.r_[second.stress.ravel(), T2.ravel()])
     for name, value in copies.items():
         np.testing.assert_array_equal(held[name], value, err_msg=name)
     for state in (first, thrown):
         plane = CrackPlane(CONCRETE, state.cracks.length)
         np.testing.assert_array_equal(state.cracks.Z, plane.traction(state.cracks.jump, start.cracks.Z)[1])
-
-
-# -- geometry -----------------------------------------------------------------------------------
 
 
 def test_longest_chord_of_known_shapes() -> None:
@@ -296,23 +278,18 @@ def test_longest_chord_of_known_shapes() -> None:
 
 
 def test_longest_chord_of_random_quadrilaterals() -> None:
-    """Against chords between many pairs of points on the outline that lie along the direction, by interpolation."""
+    """Against many lines along the direction, each cut with every edge."""
     random = np.random.default_rng(4)
     angle = np.sort(random.uniform(0, 2 * np.pi, (60, 4)), axis=1)
     quads = np.stack([np.cos(angle), np.sin(angle)], axis=2) * random.uniform(0.2, 3.0, (60, 1, 2))
     toward = frames(random.uniform(0, 2 * np.pi, 60))
     for corners, (way, across), got in zip(quads, toward, longest_chord(quads, toward[:, 0]), strict=True):
         along, offset = corners @ way, corners @ across
-        at = np.linspace(offset.min(), offset.max(), 4001)[1:-1]
-        ends = np.full((2, len(at)), np.nan)
-        for i in range(4):  # where the lines cross each edge
-            j = (i + 1) % 4
-            with np.errstate(divide="ignore", invalid="ignore"):
-                part = (at - offset[i]) / (offset[j] - offset[i])
-            cut = np.where((part >= 0) & (part <= 1), along[i] + part * (along[j] - along[i]), np.nan)
-            ends = np.stack([np.fmin(ends[0], cut), np.fmax(ends[1], cut)])
+        at = np.linspace(offset.min(), offset.max(), 4001)[1:-1, None]
+        part = (at - offset) / (np.roll(offset, -1) - offset)  # where the lines cross each edge
+        cut = np.where((part >= 0) & (part <= 1), along + part * (np.roll(along, -1) - along), np.nan)
         # the length of a chord is concave in its offset: between two samples it rises by less than a thousandth
-        assert np.nanmax(ends[1] - ends[0]) == pytest.approx(got, rel=1e-3)
+        assert (np.nanmax(cut, axis=1) - np.nanmin(cut, axis=1)).max() == pytest.approx(got, rel=1e-3)
         (a, b), (c, d) = corners[2] - corners[0], corners[3] - corners[1]
         assert 0.5 * abs(a * d - b * c) / np.ptp(offset) <= got <= np.ptp(along) * (1 + 1e-12)  # mean chord, extent
 
@@ -333,9 +310,6 @@ def test_stress_transformation_is_the_tensor_rule(d: int) -> None:
     voigt = (half + half.transpose(0, 2, 1))[:, i, j] * np.where(i == j, 1, 2)
     np.testing.assert_allclose(np.einsum("ndk,nd->nk", N, e), voigt, atol=1e-14)
     np.testing.assert_allclose((voigt * stress).sum(axis=1), (e * local).sum(axis=1), atol=1e-13)
-
-
-# -- energies -----------------------------------------------------------------------------------
 
 
 def books(law: CrackBand, legs: list[list[float]], steps: int) -> tuple[Array, float]:
@@ -390,9 +364,6 @@ def test_dissipation_gradient(legs: list[list[float]]) -> None:
     np.testing.assert_allclose(gradient, expected, atol=1e-6 * abs(gradient).max())
 
 
-# -- robustness ---------------------------------------------------------------------------------
-
-
 def test_a_failure_names_the_point(monkeypatch: pytest.MonkeyPatch) -> None:
     law = band(angle=ANGLES)
     start = follow(law, law.initial(), [0.1 * Zm / 20, 0, 0])
@@ -411,18 +382,13 @@ def test_a_crack_slammed_shut_ends_where_a_slow_one_does(side: float, plane: str
     law, random, compared = band(side, plane, nu=nu), np.random.default_rng(9), 0
     opened = follow(law, law.initial(), [0.3 * Zm / side, 0, 0])
     for stress in (10.0, 25.0, 40.0):
-        for lateral, shear in ((0.0, 0.0), random.uniform(-0.5, 0.5, 2)):
-            strain, ends = np.array([[-1.0, lateral, shear]]) * stress / CONCRETE.E, []
-            for parts in (1, 60):
-                state = opened
-                try:
-                    for part in np.linspace(0, 1, parts + 1)[1:]:
-                        state, _ = law.update(opened.deformation + part * (strain - opened.deformation), state)
-                except PointFailure:
-                    continue
-                check(law, state)
-                ends.append(state)
-            if len(ends) == 2 and (ends[0].cracks.Z == ends[1].cracks.Z).all():
+        for lateral, shear in ((0.0, 0.0), random.uniform(-0.5, 0.0, 2)):
+            ends = []
+            for steps in (1, 60):
+                with contextlib.suppress(PointFailure):
+                    ends.append(follow(law, opened, np.array([-1, lateral, shear]) * stress / CONCRETE.E, steps=steps))
+                    check(law, ends[-1])
+            if len(ends) == 2 and np.array_equal(ends[0].cracks.Z, ends[1].cracks.Z):
                 np.testing.assert_allclose(ends[0].stress, ends[1].stress, atol=1e-7 * stress)
                 compared += 1
     assert compared >= (5 if nu == 0.2 else 3)
@@ -432,7 +398,7 @@ def test_a_crack_slammed_shut_ends_where_a_slow_one_does(side: float, plane: str
 def test_random_walks_stay_on_the_law(plane: str, nu: float) -> None:
     """Opening, closing and shear at random: every state that is returned is in balance, and few steps fail."""
     random, law, failed, planes = np.random.default_rng(10), band(10.0, plane, nu=nu), 0, 0
-    for _ in range(15):
+    for _ in range(10):
         state = law.initial()
         for kind in random.integers(0, 3, 25):
             move = random.normal(size=3) * ([0.05, 0.03, 0.01], [0.02, 0.02, 0.0], [0.01, 0.01, 0.1])[kind] * Zm / 10.0
@@ -444,4 +410,4 @@ def test_random_walks_stay_on_the_law(plane: str, nu: float) -> None:
                 continue
             check(law, state)
         planes += len(state.cracks.point)
-    assert planes > 20 and failed <= 4
+    assert planes > 14 and failed <= 3
