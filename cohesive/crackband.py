@@ -224,7 +224,7 @@ class CrackBand:
             as_major = np.where(on_path >= (1.0 - _ALIGNED) * value[:, 0], value[:, 0], -np.inf)
             value = np.concatenate([as_major[:, None], value], axis=1)
             normal = np.concatenate([self.path_normal[:, None], normal], axis=1)
-        due = (value > m.ft * (1.0 + 1e-9)) & (count < self.max_cracks)[:, None]
+        due = (value > m.ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]
         # no plane whose normal lies closer than the threshold to one that is there
         if len(cracks.point):
             cosine = abs(np.einsum("cwx,cx->cw", normal[cracks.point], cracks.frame[:, 0]))

@@ -204,6 +204,12 @@ class Problem:
             With the iteration count, the residual and the worst point.
         """
         reach = max(abs(target - self.measure(control, start)), 1e-300) if reach is None else reach
+        with np.errstate(over="ignore", invalid="ignore"):  # of an iterate that runs away, which the residual tells
+            return self._advance(start, control, target, reversal, damping, reach)
+
+    def _advance(
+        self, start: State, control: str, target: float, reversal: bool, damping: float, reach: float
+    ) -> Trial:
         trial = self._newton(start, start, control, target, reversal, damping, reach)
         while (grown := self.law.grow(start.points, trial.state.points)) is not None:
             start = replace(start, points=grown)

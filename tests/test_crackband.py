@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import fields, replace
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -64,37 +65,30 @@ def check(law: CrackBand, state: BandState) -> None:
     for i, point in enumerate(cracks.point):
         plane = CrackPlane(law.concrete, float(cracks.length[i]), shear_scaling=law.plane.shear_scaling)
         traction, Z = plane.traction(cracks.jump[[i]], cracks.Z[[i]])
-        np.testing.assert_allclose(N[i] @ state.stress[point], traction[0], atol=allowed)
-        np.testing.assert_allclose(cracks.traction[i], traction[0], atol=allowed)
+        np.testing.assert_allclose([N[i] @ state.stress[point], cracks.traction[i]], [*traction, *traction], atol=allowed)
         assert Z[0] == cracks.Z[i]
         release[point] += N[i].T @ (cracks.strain[i] - law.compliance * traction[0])
     np.testing.assert_allclose(state.stress, (state.deformation - release) @ law.D, atol=10 * allowed, rtol=1e-12)
 
 
-PATHS = {  # corners of the paths of the jump in units of Zm
-    "opening": [(0, 0), (1.5, 0)],
-    "closing": [(0, 0), (0.3, 0), (-0.01, 0)],
-    "sheared at constant opening": [(0, 0), (0.3, 0), (0.3, 1.0)],
-    "closed while sheared": [(0, 0), (0.3, 0), (0.3, 0.5), (0.05, 0.5)],
-}
-
-
 @pytest.mark.parametrize("side", [2.5, 20.0, 60.0])
-@pytest.mark.parametrize("path", PATHS)
-def test_one_crack_is_the_law_with_the_width_of_the_element(path: str, side: float) -> None:
-    """Lateral stress free: the strain along the plane is -nu sigma / E. Turned squares all at once, l_ch = side."""
+@pytest.mark.parametrize(
+    "corners", [[(0, 0), (1.5, 0)], [(0, 0), (0.3, 0), (-0.01, 0)], [(0, 0), (0.3, 0), (0.3, 1.0), (0.05, 0.5)]],
+    ids=["opened", "closed", "sheared, then closed"],
+)  # fmt: skip
+def test_one_crack_is_the_law_with_the_width_of_the_element(corners: list[tuple[float, float]], side: float) -> None:
+    """Jumps in Zm. Lateral stress free: strain -nu sigma / E along the plane. Turned squares all at once, l_ch = side."""
     law, plane, f = band(side, angle=ANGLES), CrackPlane(CONCRETE, side), frames(ANGLES)
     N, across = stress_transformation(f), stress_transformation(f[:, ::-1])
-    state, Z, peak = law.initial(), np.zeros(1), 0.0
-    for a, b in zip(PATHS[path], PATHS[path][1:], strict=False):
+    state, Z = law.initial(), np.zeros(1)
+    for a, b in pairwise(corners):
         for jump in np.linspace(a, b, 41)[1:] * Zm:
             (t,), Z = plane.traction(jump[None], Z)
             strain = N.transpose(0, 2, 1) @ (jump / side) - CONCRETE.nu * t[0] / CONCRETE.E * across[:, 0]
             _, state = advance(law, strain, state)
-            peak = max(peak, abs(t).max())
             # n t1 n + t2 (n t + t n), where N^T makes engineering shear of it
             stress = N.transpose(0, 2, 1) @ (t * [1, 2]) * [1, 1, 0.5]
-            np.testing.assert_allclose(state.stress, stress, atol=1e-8 * max(FT, peak), rtol=0)
+            np.testing.assert_allclose(state.stress, stress, atol=1e-8 * max(FT, abs(t).max()), rtol=0)
     assert len(state.cracks.point) == len(ANGLES)
     np.testing.assert_allclose(state.cracks.length, side, rtol=1e-12)
 
@@ -262,8 +256,8 @@ def test_update_is_pure_and_history_follows_the_committed_state() -> None:
     for name, value in copies.items():
         np.testing.assert_array_equal(held[name], value, err_msg=name)
     for state in (first, thrown):
-        plane = CrackPlane(CONCRETE, state.cracks.length)
-        np.testing.assert_array_equal(state.cracks.Z, plane.traction(state.cracks.jump, start.cracks.Z)[1])
+        Z = CrackPlane(CONCRETE, state.cracks.length).traction(state.cracks.jump, start.cracks.Z)[1]
+        np.testing.assert_array_equal(state.cracks.Z, Z)
 
 
 def test_longest_chord_of_known_shapes() -> None:
@@ -299,30 +293,28 @@ def test_stress_transformation_is_the_tensor_rule(d: int) -> None:
     random = np.random.default_rng(6)
     frame = np.linalg.qr(random.normal(size=(20, d, d)))[0]
     stress, e = random.normal(size=(20, d * (d + 1) // 2)), random.normal(size=(20, d))
-    N, sigma, n = stress_transformation(frame), stress_tensor(stress), frame[:, 0]
+    N, sigma, n = stress_transformation(frame), stress_tensor(stress), frame[:, 0]  # N^T: engineering strain, same work
     i, j = np.array([(0, 0), (1, 1), (0, 1)] if d == 2 else [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]).T
-    np.testing.assert_array_equal(sigma[:, i, j], stress)
-    np.testing.assert_array_equal(sigma[:, j, i], stress)
+    np.testing.assert_array_equal(sigma[:, [i, j], [j, i]], np.stack([stress, stress], axis=1))
     local = np.einsum("ndk,nk->nd", N, stress)
     np.testing.assert_allclose(local, np.einsum("nij,njk,nk->ni", frame, sigma, n), atol=1e-14)
-    # local to global engineering strain, and the same work
     half = np.einsum("ni,nd,ndj->nij", n, e, frame) / 2
     voigt = (half + half.transpose(0, 2, 1))[:, i, j] * np.where(i == j, 1, 2)
     np.testing.assert_allclose(np.einsum("ndk,nd->nk", N, e), voigt, atol=1e-14)
     np.testing.assert_allclose((voigt * stress).sum(axis=1), (e * local).sum(axis=1), atol=1e-13)
 
 
-def books(law: CrackBand, legs: list[list[float]], steps: int) -> tuple[Array, float]:
-    """Work, elastic, stored, dissipated and contact work per volume along legs of strain; the largest work on the way."""
-    state, totals, largest = law.initial(), np.zeros(5), 0.0
-    for begin, end in zip([[0, 0, 0], *legs], legs, strict=False):
+def books(law: CrackBand, legs: Any, steps: int) -> tuple[Array, float, float]:
+    """Work, elastic, stored, dissipated, contact work per volume along legs of strain; the largest work and imbalance."""
+    state, totals, largest, worst = law.initial(), np.zeros(5), 0.0, 0.0
+    for begin, end in pairwise([[0, 0, 0], *legs]):
         for strain in np.linspace(begin, end, steps + 1)[1:]:
             old, state = advance(law, strain[None], state)
             totals[0] += 0.5 * float(((old.stress + state.stress) * (state.deformation - old.deformation)).sum())
+            totals[1:3] = [float(x[0]) for x in law.energies(state)]
             totals[3:] += law.dissipation(old, state)[0][0], law.contact_work(old, state)[0]
-            largest = max(largest, totals[0])
-    totals[1:3] = [float(x[0]) for x in law.energies(state)]
-    return totals, largest
+            largest, worst = max(largest, totals[0]), max(worst, abs(totals[0] - totals[1:].sum()))
+    return totals, largest, worst
 
 
 @pytest.mark.parametrize(
@@ -335,18 +327,16 @@ def books(law: CrackBand, legs: list[list[float]], steps: int) -> tuple[Array, f
 )  # fmt: skip
 def test_work_is_accounted_for(legs: list[list[float]], contact: float) -> None:
     """Legs in units of Zm / side. The integrals over a step are of second order in it: at 200 steps below 1e-3."""
-    totals, largest = books(band(), (np.array(legs) * Zm / 20).tolist(), 200)
-    assert totals[0] == pytest.approx(totals[1:].sum(), abs=1e-3 * largest)
-    assert abs(totals[4]) >= contact * largest
+    totals, largest, worst = books(band(), np.array(legs) * Zm / 20, 200)
+    assert worst < 1e-3 * largest and abs(totals[4]) >= contact * largest
 
 
 @pytest.mark.parametrize("side", [2.0, 20.0, 100.0])
 def test_opening_dissipates_the_fracture_energy_over_the_length(side: float) -> None:
     """To 2 Zm, where 6 e^-10 of the energy is to come; without a Poisson's ratio, free of lateral stress."""
-    totals, _ = books(band(side, nu=0.0), [[0.01 * Zm / side, 0, 0], [2 * Zm / side, 0, 0]], 50)
+    totals, *_ = books(band(side, nu=0.0), [[0.01 * Zm / side, 0, 0], [2 * Zm / side, 0, 0]], 50)
     expected = (CONCRETE.Gf + FT**2 * side / (2 * CONCRETE.E)) / side
-    assert totals[3] < expected
-    assert totals[3] == pytest.approx(expected, rel=1e-3)
+    assert 0.999 * expected < totals[3] < expected
 
 
 @pytest.mark.parametrize("legs", [[[0.1, 0, 0.02]], [[0.1, 0, 0], [0.1, 0.08, 0.02]]], ids=["one crack", "two cracks"])
@@ -367,8 +357,7 @@ def test_dissipation_gradient(legs: list[list[float]]) -> None:
 def test_a_failure_names_the_point(monkeypatch: pytest.MonkeyPatch) -> None:
     law = band(angle=ANGLES)
     start = follow(law, law.initial(), [0.1 * Zm / 20, 0, 0])
-    strain = start.deformation.copy()
-    strain[3] = np.array([0.3, 0.1, 0.2]) * Zm / 20
+    strain = start.deformation + np.eye(5)[:, [3]] * [0.2, 0.1, 0.2] * Zm / 20
     monkeypatch.setattr("cohesive.crackband.MAX_ITERATIONS", 0)
     with pytest.raises(PointFailure, match=r"1 point\(s\) have no solution") as caught:
         law.update(strain, start)
@@ -378,36 +367,33 @@ def test_a_failure_names_the_point(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("plane", "nu"), [("stress", 0.2), ("strain", 0.2), ("strain", 0.45)])
 @pytest.mark.parametrize("side", [2.5, 40.0])
 def test_a_crack_slammed_shut_ends_where_a_slow_one_does(side: float, plane: str, nu: float) -> None:
-    """To -10 .. -40 MPa in one step and in 60. At nu = .45 a fold bars some of the slow ways: those must fail, not lie."""
+    """To -10 .. -40 MPa in one step and in 60. At nu = .45 a fold may bar a way, which then fails."""
     law, random, compared = band(side, plane, nu=nu), np.random.default_rng(9), 0
     opened = follow(law, law.initial(), [0.3 * Zm / side, 0, 0])
-    for stress in (10.0, 25.0, 40.0):
-        for lateral, shear in ((0.0, 0.0), random.uniform(-0.5, 0.0, 2)):
-            ends = []
-            for steps in (1, 60):
-                with contextlib.suppress(PointFailure):
-                    ends.append(follow(law, opened, np.array([-1, lateral, shear]) * stress / CONCRETE.E, steps=steps))
-                    check(law, ends[-1])
-            if len(ends) == 2 and np.array_equal(ends[0].cracks.Z, ends[1].cracks.Z):
-                np.testing.assert_allclose(ends[0].stress, ends[1].stress, atol=1e-7 * stress)
-                compared += 1
+    for stress, mixed in product((10.0, 25.0, 40.0), (0, 1)):
+        ends, direction = [], np.array([-1, *random.uniform(-0.5, 0.0, 2) * mixed])
+        for steps in (1, 60):
+            with contextlib.suppress(PointFailure):
+                ends.append(follow(law, opened, direction * stress / CONCRETE.E, steps=steps))
+                check(law, ends[-1])
+        if len(ends) == 2 and np.array_equal(ends[0].cracks.Z, ends[1].cracks.Z):
+            np.testing.assert_allclose(ends[0].stress, ends[1].stress, atol=1e-7 * stress)
+            compared += 1
     assert compared >= (5 if nu == 0.2 else 3)
 
 
 @pytest.mark.parametrize(("plane", "nu"), [("stress", 0.2), ("strain", 0.2), ("strain", 0.45)])
 def test_random_walks_stay_on_the_law(plane: str, nu: float) -> None:
     """Opening, closing and shear at random: every state that is returned is in balance, and few steps fail."""
-    random, law, failed, planes = np.random.default_rng(10), band(10.0, plane, nu=nu), 0, 0
+    random, law, passed, planes = np.random.default_rng(10), band(10.0, plane, nu=nu), 0, 0
     for _ in range(10):
         state = law.initial()
         for kind in random.integers(0, 3, 25):
             move = random.normal(size=3) * ([0.05, 0.03, 0.01], [0.02, 0.02, 0.0], [0.01, 0.01, 0.1])[kind] * Zm / 10.0
             strain = state.deformation * ([1, 1, 1], [0.2, 0.2, 1], [1, 1, 1])[kind] + move  # the second: nearly shut
-            try:
+            with contextlib.suppress(PointFailure):
                 _, state = advance(law, np.maximum(strain, [-8e-4, -8e-4, -np.inf]), state)
-            except PointFailure:
-                failed += 1
-                continue
-            check(law, state)
+                check(law, state)
+                passed += 1
         planes += len(state.cracks.point)
-    assert planes > 14 and failed <= 3
+    assert planes > 14 and passed >= 247
