@@ -88,7 +88,9 @@ class Comparison:
             values = "".join(f"{row[model]:12.5g}" for model in MODELS)
             lines.append(f"{label:24s}{values}{100 * row['relative_difference']:+11.2f}%")
         lines[5] = lines[5].replace("+", " ")  # a distance has no sign
-        lines.append(f"up to the end that both runs reach, an opening travelled of {self._end:.4g} mm: energy and curve distance")
+        lines.append(
+            f"up to the end that both runs reach, an opening travelled of {self._end:.4g} mm: energy and curve distance"
+        )
         return "\n".join(lines + self.notes)
 
     def plot(self) -> Figure:

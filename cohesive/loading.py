@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from .linear import NotConverged
-from .solver import Problem, State, Trial
+from .problem import Problem, State
+from .solver import Trial, advance, advance_to_onset, settle
 
 CONTROLS = ("opening", "sliding", "load", "driven", "dissipation")
 
@@ -113,7 +114,7 @@ class March:
         for number, stage in enumerate(self.stages):
             self._reached = False
             if stage.angle is not None:
-                self.problem = self.problem.along(stage.angle)
+                self.problem = self.problem.driven(stage.angle)
                 before = state = self.problem.at_rest(state)
             for target in stage.targets:
                 for step in self._leg(before, state, stage, number, float(target)):
@@ -153,7 +154,7 @@ class March:
                     continue
                 snap = min(SNAP_STEP * nominal, abs(target - value))
                 try:
-                    trial = problem.settle(state, control, value + direction * snap, nominal)
+                    trial = settle(problem, state, control, value + direction * snap, nominal)
                 except NotConverged:
                     raise NotConverged(
                         f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
@@ -184,8 +185,8 @@ class March:
 
     def _advance(self, state: State, control: str, value: float, reversal: bool) -> Trial:
         if control == "dissipation" and not self.problem.law.is_on_surface(state.points):
-            return self.problem.advance_to_onset(state)
-        return self.problem.advance(state, control, value, reversal)
+            return advance_to_onset(self.problem, state)
+        return advance(self.problem, state, control, value, reversal)
 
     @staticmethod
     def _balance(state: State) -> float:

@@ -19,8 +19,8 @@ from .crackplane import CrackPlane
 from .interface import Interface, InterfaceLaw
 from .options import UserMesh
 from .pointlaw import PointLaw
+from .problem import Problem, State
 from .scene import Scene, SceneError
-from .solver import Problem, State
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

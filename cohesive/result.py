@@ -21,9 +21,9 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from .problem import Problem, State
 from .reference import Reference
 from .scene import Scene, SceneError, dump_toml
-from .solver import Problem, State
 
 if TYPE_CHECKING:
     from .model import Model

@@ -22,10 +22,10 @@ from .linear import DenseStiffness, NotConverged, SparseStiffness, Stiffness
 from .loading import March, Step
 from .model import Model, band_note, band_part, interface_part
 from .options import UserMesh
+from .problem import Problem, State
 from .reference import load_reference
 from .result import HistoryWriter, Result
 from .scene import Scene, SceneError
-from .solver import Problem, State
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -179,7 +179,7 @@ def test_an_oblique_platen_moves_along_its_angle() -> None:
 
 def test_the_elastic_panel_is_held(tmp_path: Path) -> None:
     problem = build(Scene.load("sandwich-panel").with_(**{"mesh.crack_size": 100.0, "mesh.far_size": 100.0})).problem
-    assert problem.is_held() and problem.along(90.0).is_held()
+    assert problem.is_held() and problem.driven(90.0).is_held()
 
 
 # -- the examples, small ------------------------------------------------------------------------

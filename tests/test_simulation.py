@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cohesive import NotConverged, Result, Scene, run
 from cohesive.model import default_width
 from cohesive.simulation import build
+from cohesive.solver import advance
 from meshing import MeshSizes, SingleCrack
 from tests.conftest import block
 
@@ -348,7 +349,7 @@ def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:
 
     def tractions(quadrature: str) -> Array:
         model = build(beam.with_(**{"interface.width": 0.001, "interface.quadrature": quadrature}))
-        state = model.problem.advance(model.problem.initial(), "load", 20.0).state
+        state = advance(model.problem, model.problem.initial(), "load", 20.0).state
         _, place = np.unique(model.cracks.where[:, 1].round(9), return_index=True)
         values: Array = state.points.stress[place, 0]
         return values
