@@ -24,12 +24,17 @@ _FREE, _FIXED, _DRIVEN = 0, 1, 2
 
 @dataclass(frozen=True)
 class Tie:
-    """Motion along `direction` (unit vector) of the nodes `nodes`: zero, or the drive's."""
+    """Motion along `direction` (unit vector) of the nodes `nodes`: zero, or the drive's.
+
+    With `lever` they turn freely about a hinge besides: the distance of each node from it, over the largest one, so that
+    the turn is the motion of the outermost node, mm.
+    """
 
     name: str
     nodes: Index
     direction: tuple[float, float]
     factor: float = 1.0  # of the drive's motion
+    lever: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,13 @@ class Unknowns:
     Attributes
     ----------
     transform : (2 m, n) sparse matrix
+    turns : (t,) array, numbers of the unknowns that are the turns of hinged ties.
     drives : (k,) array, numbers of the unknowns that are the driven motions, the last ones.
-    node : (n,) array, the leading node of each unknown; for a drive, any of its nodes.
+    node : (n,) array, the leading node of each unknown; for a turn or drive, any of its nodes.
     """
 
     transform: sp.csr_array
+    turns: Index
     drives: Index
     node: Index
 
@@ -100,7 +107,9 @@ class Unknowns:
         number = np.full((m, 2), -1)
         number[mean_free] = np.arange(n_mean)
         is_driven = mean >= _DRIVEN
-        number[is_driven] = n_mean + n_jump + mean[is_driven] - _DRIVEN
+        hinged = [tie for tie in (*supports, *drives) if tie.lever is not None]
+        n_free = n_mean + n_jump
+        number[is_driven] = n_free + len(hinged) + mean[is_driven] - _DRIVEN
         jump_number = np.full((len(extra), 2), -1)
         jump_number[jump_free] = n_mean + np.arange(n_jump)
 
@@ -121,15 +130,22 @@ class Unknowns:
                     rows.append(2 * nodes[use] + axis)
                     columns.append(number_of[use])
                     values.append(weight[use] * frame[leader[nodes[use]], component, axis])
+        for turn, tie in enumerate(hinged):
+            assert tie.lever is not None
+            for axis in (0, 1):
+                rows.append(2 * tie.nodes + axis)
+                columns.append(np.full(len(tie.nodes), n_free + turn))
+                values.append(tie.direction[axis] * tie.lever)
         transform = sp.csr_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
-            shape=(2 * m, n_mean + n_jump + len(drives)),
+            shape=(2 * m, n_free + len(hinged) + len(drives)),
         )
         transform.eliminate_zeros()
-        node = np.concatenate(
-            [np.nonzero(mean_free)[0], leader[extra[np.nonzero(jump_free)[0]]], *(leader[drive.nodes[:1]] for drive in drives)]
-        )
-        return cls(transform, n_mean + n_jump + np.arange(len(drives)), node)
+        jumping = leader[extra[np.nonzero(jump_free)[0]]]
+        first_nodes = [leader[tie.nodes[:1]] for tie in (*hinged, *drives)]
+        node = np.concatenate([np.nonzero(mean_free)[0], jumping, *first_nodes])
+        turns = n_free + np.arange(len(hinged))
+        return cls(transform, turns, n_free + len(hinged) + np.arange(len(drives)), node)
 
 
 def bulk_stiffness(blocks: Sequence[ElasticBlock], n_points: int, transform: sp.csr_array) -> sp.csc_array:

@@ -141,7 +141,13 @@ def _reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]
 
 
 def _expected_steps(scene: Scene) -> int:
-    return sum(stage.steps * len(stage.targets) for stage in scene.stages)
+    total, value = 0.0, 0.0
+    for stage in scene.stages:
+        for target in stage.targets:
+            total += stage.count(abs(target - value)) + (stage.count(abs(target)) if stage.unload else 0.0)
+            value = 0.0 if stage.unload else target
+        value = 0.0
+    return round(total)
 
 
 def _law(options: argparse.Namespace) -> int:

@@ -20,6 +20,7 @@ WATCHED = (
     "contact_work", "load_ratio",
 )  # fmt: skip
 
+DEFAULT_STEPS = 50
 #: a step is cut down to this part of the nominal one before the crack is taken to snap
 SMALLEST_STEP = 2.0**-10
 #: step, as a part of the nominal one, in which a crack that has no equilibrium close by may snap to the next one
@@ -38,35 +39,60 @@ class Stage:
     ----------
     control : "opening" | "sliding" (the scene's gauge, mm), "load" (N), "driven" (mm), "dissipation" (N mm in all).
     to : target, or a list of targets that are visited in turn.
-    steps : number of equal steps to each target; a step that fails is cut, the next ones grow back. The first step
-        after a reversal is a quarter of the others.
+    steps : number of equal steps to each target, 50 by default; a step that fails is cut, the next ones grow back. The
+        first step after a reversal is a quarter of the others.
+    step : their size, instead of their number.
     until : {quantity = value}: end the stage where a recorded quantity passes a value, located within 0.1 %.
         Quantities: the columns of the history, and "load_ratio", the load over the largest one so far.
-    angle : of the platen's motion from the normal of its face, degrees, where a specimen's platen moves both ways:
-        0 pulls it away, 90 shears it; it does not move across this direction. Stays until another stage names one.
+    unload : {quantity = value}: after each target go back, until a quantity passes a value, before the next target:
+        to = [0.02, 0.04], unload = {stress_n = -3.0} opens, closes to -3 MPa, opens further, closes again.
+
+    Where a specimen's platen moves both ways (these three hold until another stage gives one of them):
+
+    angle : of its motion from the normal of its face, degrees: 0 pulls it away, 90 shears it. The load and `driven` are
+        those along this direction.
+    ratio : instead of the angle, the part of normal motion on one part of shear.
+    hold : whether the platen is held across this direction (default), or moves freely but for the specimen's springs,
+        which are unstressed where the first stage with hold = false begins.
     """
 
     control: str
     to: Any
-    steps: int = 50
+    steps: int | None = None
+    step: float | None = None
     until: Any = None
+    unload: Any = None
     angle: float | None = None
+    ratio: float | None = None
+    hold: bool | None = None
 
     def __post_init__(self) -> None:
         if self.control not in CONTROLS:
             raise ValueError(f"control = {self.control!r}: expected one of {', '.join(CONTROLS)}")
-        if self.steps < 1:
+        if self.steps is not None and self.steps < 1:
             raise ValueError(f"steps = {self.steps!r}: expected a whole number of at least 1")
+        if self.step is not None and not self.step > 0:
+            raise ValueError(f"step = {self.step!r}: expected a number above 0")
         if not self.targets or not all(_is_number(target) for target in self.targets):
             raise ValueError(f"to = {self.to!r}: expected a finite number or a list of them")
         if self.control == "dissipation" and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
             raise ValueError(f"to = {self.to!r}: expected growing numbers above 0, dissipation cannot fall")
-        if self.until is not None:
-            if not isinstance(self.until, dict) or len(self.until) != 1:
-                raise ValueError(f"until = {self.until!r}: expected one quantity and its value, like {{load = -3000.0}}")
-            ((name, value),) = self.until.items()
-            if name not in WATCHED or not _is_number(value):
-                raise ValueError(f"until = {self.until!r}: expected a number for one of {', '.join(WATCHED)}")
+        for one, other in (("steps", "step"), ("angle", "ratio")):
+            if getattr(self, one) is not None and getattr(self, other) is not None:
+                raise ValueError(f"{one} = {getattr(self, one)}, {other} = {getattr(self, other)}: expected one of the two")
+        for name in ("until", "unload"):
+            _check_event(name, getattr(self, name))
+        if self.unload is not None and self.control == "dissipation":
+            raise ValueError(f"unload = {self.unload!r}: dissipation cannot fall; expected another control")
+
+    @property
+    def direction(self) -> float | None:
+        """Angle of the platen's motion, degrees; None: as before."""
+        return self.angle if self.ratio is None else float(np.degrees(np.arctan2(1.0, self.ratio)))
+
+    def count(self, distance: float) -> float:
+        """Number of steps, not always whole, to a distance."""
+        return max(distance / self.step, 1.0) if self.step is not None else float(self.steps or DEFAULT_STEPS)
 
     @property
     def targets(self) -> list[float]:
@@ -74,8 +100,23 @@ class Stage:
         return list(self.to) if isinstance(self.to, (list, tuple)) else [self.to]
 
 
+def _check_event(key: str, event: Any) -> None:
+    if event is None:
+        return
+    if not isinstance(event, dict) or len(event) != 1:
+        raise ValueError(f"{key} = {event!r}: expected one quantity and its value, like {{load = -3000.0}}")
+    ((name, value),) = event.items()
+    if name not in WATCHED or not _is_number(value):
+        raise ValueError(f"{key} = {event!r}: expected a number for one of {', '.join(WATCHED)}")
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
+
+
+def _text(event: dict[str, float]) -> str:
+    ((name, value),) = event.items()
+    return f"{name} = {value:g}"
 
 
 _SNAP = "Where part of the crack snaps through, another control or mesh.crack_size helps; smaller steps do not"
@@ -111,35 +152,52 @@ class March:
     def __iter__(self) -> Iterator[Step]:
         state = self.problem.initial()
         before = state
+        angle, hold, rest = 0.0, True, None
         for number, stage in enumerate(self.stages):
-            self._reached = False
-            if stage.angle is not None:
-                self.problem = self.problem.driven(stage.angle)
+            if stage.direction is not None or stage.hold is not None:
+                angle = angle if stage.direction is None else stage.direction
+                hold = hold if stage.hold is None else stage.hold
+                if not hold and rest is None:
+                    rest = float(state.v[self.problem.drives[0]])
+                self.problem = self.problem.driven(angle, hold, rest)
                 before = state = self.problem.at_rest(state)
-            for target in stage.targets:
-                for step in self._leg(before, state, stage, number, float(target)):
+            for target, event in self._legs(stage):
+                self._reached = False
+                for step in self._leg(before, state, stage, number, target, event):
                     before, state = state, step.trial.state
                     self._peak = max(self._peak, abs(state.load))
                     yield step
                     if self.problem.is_separated(state):
                         self.notes.append("ended early: the crack has run through, no traction is left")
                         return
-                if self._reached:
+                if event is stage.unload and event is not None and not self._reached:
+                    self.notes.append(f"stage {number + 1}: unloading did not reach {_text(event)}")
+                if event is stage.until and self._reached:
                     break
             if stage.until is not None:
-                ((name, value),) = stage.until.items()
                 reached = "ended where" if self._reached else "reached its last target before"
-                self.notes.append(f"stage {number + 1} {reached} {name} = {value:g}")
+                self.notes.append(f"stage {number + 1} {reached} {_text(stage.until)}")
 
-    def _leg(self, before: State, state: State, stage: Stage, number: int, target: float) -> Iterator[Step]:
+    @staticmethod
+    def _legs(stage: Stage) -> Iterator[tuple[float, Any]]:
+        """Targets, each with the event that ends the way to it."""
+        for target in stage.targets:
+            yield float(target), stage.until
+            if stage.unload is not None:
+                yield -float(target), stage.unload
+
+    def _leg(self, before: State, state: State, stage: Stage, number: int, target: float, event: Any) -> Iterator[Step]:
         """Steps of a stage towards one target; `before` is the state before the last step."""
         problem, control = self.problem, stage.control
         start = problem.measure(control, state)
-        nominal = abs(target - start) / stage.steps
+        # unloading ends at its event, far from its target, and its steps are those of a way back to 0
+        distance = abs(start) if event is stage.unload and event is not None else abs(target - start)
+        count = stage.count(distance)
+        nominal = distance / count
         direction = float(np.sign(target - start))
         reversal = direction * (start - problem.measure(control, before)) < 0
         reversal |= control == "load" and state.load * direction < 0
-        size = nominal * (REVERSAL_STEP if reversal and stage.steps * REVERSAL_STEP >= 1.0 else 1.0)
+        size = nominal * (REVERSAL_STEP if reversal and count * REVERSAL_STEP >= 1.0 else 1.0)
         value, cuts = start, 0
         # a converged step may miss its target by the tolerance, and dissipation must not be driven back
         while direction * (target - value) > max(1e-9, 2.0 * problem.tol) * nominal:
@@ -162,8 +220,8 @@ class March:
                     ) from error
                 size, snapped = snap, True
             reached = False
-            if stage.until is not None:
-                fraction, reached = self._watch(stage.until, state, trial.state)
+            if event is not None:
+                fraction, reached = self._watch(event, state, trial.state)
                 if not reached and fraction < 1.0:
                     if not snapped:
                         size *= fraction

@@ -83,7 +83,7 @@ def build(scene: Scene) -> Model:
     clock = time.perf_counter()
     seen = np.zeros(K.shape[0], dtype=bool)
     seen[operator.indices] = True
-    seen[unknowns.drives] = True
+    seen[unknowns.drives] = seen[unknowns.turns] = True  # each sees a whole face
     for row in measures.values():
         seen |= abs(row) > 1e-12
     active = np.flatnonzero(seen)
