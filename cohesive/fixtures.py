@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from meshing import NotchedBeam, NotchedTension, SandwichPanel, SingleCrack
+from meshing import MixedModePlate, NotchedBeam, NotchedTension, SandwichPanel, SingleCrack
 
 from .assembly import Tie
 from .interface import Interface
@@ -42,7 +42,14 @@ def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], list[Tie], Tie | N
         return [Tie("base", base, x), Tie("base", base, y)], [Tie("top", top, y), Tie("top", top, x)], None
     if isinstance(specimen, NotchedTension):
         base, top = sets["base"], sets["top"]
-        return [Tie("base", base, x), Tie("base", base, y), Tie("top", top, x)], [Tie("top", top, y)], None
+        levers = [
+            mesh.points[face, 0] / (specimen.width / 2) if specimen.platens == "hinged" else None for face in (base, top)
+        ]
+        supports = [Tie("base", base, x), Tie("base", base, y, lever=levers[0])]
+        pull, push = Tie("top", top, y, lever=levers[1]), Tie("top", top, x)
+        if isinstance(specimen, MixedModePlate):
+            return supports, [pull, push], None
+        return [*supports, push], [pull], None
     if isinstance(specimen, SingleCrack):
         t = np.radians(specimen.drive_angle)
         along = specimen.turned(float(np.sin(t)), float(np.cos(t)))

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SandwichPanel, SingleCrack
+from meshing import MeshError, MeshSizes, MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
 
 from .concrete import PRESETS, Concrete
 from .loading import Stage
@@ -28,12 +28,14 @@ class SceneError(ValueError):
     """A scene that cannot be used; the message names the key, its value and what was expected."""
 
 
-Specimen = NotchedBeam | NotchedTension | SandwichPanel | SingleCrack | UserMesh
+Specimen = NotchedBeam | NotchedTension | MixedModePlate | SandwichPanel | PushOff | SingleCrack | UserMesh
 
 SPECIMENS: dict[str, type[Specimen]] = {
     "notched-beam": NotchedBeam,
     "notched-tension": NotchedTension,
+    "mixed-mode-plate": MixedModePlate,
     "sandwich-panel": SandwichPanel,
+    "push-off": PushOff,
     "single-crack": SingleCrack,
     "mesh": UserMesh,
 }

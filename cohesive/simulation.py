@@ -122,6 +122,7 @@ def build(scene: Scene) -> Model:
         cracks.area,
         measures,
         scene.solver.tol,
+        spring=getattr(scene.specimen, "restraint", 0.0),
     )
     if not problem.is_held():
         raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
@@ -237,8 +238,9 @@ def _check_stages(scene: Scene, problem: Problem, width: float) -> None:
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
     available = shear * (m.Gf + m.ft**2 * width / (2 * m.E)) * problem.area
     for i, stage in enumerate(scene.stages):
-        if stage.angle is not None and len(problem.drives) == 1:
-            raise SceneError(f"stage.{i}.angle = {stage.angle:g}: this specimen is driven in one direction; expected no angle")
+        for key in ("angle", "ratio", "hold"):
+            if (value := getattr(stage, key)) is not None and len(problem.drives) == 1:
+                raise SceneError(f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}")
         if stage.control == "dissipation" and max(stage.targets) > available:
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less"

@@ -5,14 +5,16 @@ from .cracks import insert_cracks
 from .errors import MeshError
 from .plane import Body, MeshSizes, mesh_body, mesh_polygon
 from .reader import read_band_mesh, read_mesh
-from .specimens import NotchedBeam, NotchedTension, SandwichPanel, SingleCrack, Specimen
+from .specimens import MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack, Specimen
 
 __all__ = [
     "Body",
     "MeshError",
     "MeshSizes",
+    "MixedModePlate",
     "NotchedBeam",
     "NotchedTension",
+    "PushOff",
     "SandwichPanel",
     "SingleCrack",
     "Specimen",

@@ -114,7 +114,7 @@ class NotchedBeam(Specimen):
 
 @dataclass(frozen=True)
 class NotchedTension(Specimen):
-    """A plate with notches at mid-length, pulled between two rigid platens that do not turn.
+    """A plate with notches at mid-length, pulled between two rigid platens.
 
     Origin in the centre; x across the plate, y along the pull. Point sets: `base`, `top` and the gauge
     points on both edges, `gauge_minus` below and `gauge_plus` above.
@@ -126,6 +126,7 @@ class NotchedTension(Specimen):
     notches : "double" (from both edges) or "single" (from the left edge).
     notch_width : 0 for slits without width.
     gauge : length over which the opening is measured, mean of both edges; 0: mean jump over the crack.
+    platens : "fixed" (they do not turn) or "hinged" (each turns about the centre of its face).
     crack : polyline (or list of polylines) of the crack; default: straight through the ligament.
     """
 
@@ -136,11 +137,13 @@ class NotchedTension(Specimen):
     notches: str = "double"
     notch_width: float = 0.0
     gauge: float = 0.0
+    platens: str = "fixed"
     crack: Any = None
 
     def __post_init__(self) -> None:
         _positive(self, "length", "width", "thickness")
         _at_least_zero(self, "notch", "notch_width", "gauge")
+        _expect(self, "platens", self.platens in ("fixed", "hinged"), "'fixed' or 'hinged'")
         _expect(self, "notches", self.notches in ("single", "double"), "'single' or 'double'")
         depth = self.notch * (2 if self.notches == "double" else 1)
         _expect(self, "notch", depth < self.width, f"a ligament to be left of width = {self.width:g}")
@@ -159,7 +162,12 @@ class NotchedTension(Specimen):
     @property
     def is_symmetric(self) -> bool:
         """Whether the half on the plus side of the crack may stand for the whole."""
-        return not self.crack
+        return not self.crack and self.platens == "fixed"
+
+    @property
+    def _gauge_at(self) -> tuple[float, float]:
+        """Where across the plate the opening is measured."""
+        return -self.width / 2, self.width / 2
 
     def body(self, half: bool = False) -> Body:
         """The geometry, of the upper half if so wanted."""
@@ -170,7 +178,7 @@ class NotchedTension(Specimen):
             right = tip if both else a
             corners = [(-a, w), (-tip, w), (-tip, 0.0), (right, 0.0), (right, w if both else 0.0), (a, w if both else 0.0)]
             corners += [(a, b), (-a, b)]
-            points = {"gauge_plus": [(-a, self.gauge / 2), (a, self.gauge / 2)]} if self.gauge else {}
+            points = {"gauge_plus": [(x, self.gauge / 2) for x in self._gauge_at]} if self.gauge else {}
             edge = {"top": ((-a, b), (a, b))}
             return Body(_without_repeats(corners), self.paths, (), points, edge, half=True)
         outline: list[Point] = [(-a, -b), (a, -b)]
@@ -187,8 +195,27 @@ class NotchedTension(Specimen):
         g = self.gauge / 2
         nodes: dict[str, Sequence[Point]] = {}
         if g:
-            nodes = {"gauge_minus": [(-a, -g), (a, -g)], "gauge_plus": [(-a, g), (a, g)]}
+            nodes = {"gauge_minus": [(x, -g) for x in self._gauge_at], "gauge_plus": [(x, g) for x in self._gauge_at]}
         return Body(outline, self.paths, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))})
+
+
+@dataclass(frozen=True)
+class MixedModePlate(NotchedTension):
+    """A plate with deep notches from both edges whose top platen moves along and across it.
+
+    As `NotchedTension`, but the gauge points lie at the notch tips, and stages may give the direction of the platen:
+    Jefferson and Mihai (2015), Example 3.
+    """
+
+    is_symmetric = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _expect(self, "notches", self.notches == "double", "'double'")
+
+    @property
+    def _gauge_at(self) -> tuple[float, float]:
+        return -self.width / 2 + self.notch, self.width / 2 - self.notch
 
 
 @dataclass(frozen=True)
@@ -308,6 +335,25 @@ class SandwichPanel(Specimen):
         corners: list[Point] = [(-a, -b), (a, -b), (a, b), (-a, b)]
         edges = {"base": (corners[0], corners[1]), "top": (corners[3], corners[2])}
         return Body(corners, self.paths, edges=edges)
+
+
+@dataclass(frozen=True)
+class PushOff(SandwichPanel):
+    """A block that is sheared along a plane at its mid-height, with bars that restrain its opening.
+
+    Jefferson and Mihai (2015), Example 4, in the plane: `width` is the length of the shear plane.
+
+    Parameters
+    ----------
+    width, height, thickness : of the block.
+    restraint : stiffness of the bars across the plane, N/mm; they act in stages with hold = false.
+    """
+
+    restraint: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _at_least_zero(self, "restraint")
 
 
 def polylines(crack: Any) -> list[Line]:
