@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -40,9 +40,9 @@ class Comparison:
     def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
         results = {"discrete": discrete, "smeared": smeared}
-        ends = [_travel(result)[-1] for result in results.values()]
-        self._end = float(min(ends))
-        curves = {name: _to(result, self._end) for name, result in results.items()}
+        self._travelled = dict(zip(MODELS, _travelled([discrete, smeared]), strict=True))
+        self._end = float(min(s[-1] for s in self._travelled.values()))
+        curves = {name: self._curve(name) for name in MODELS}
         energy = {name: float(np.trapezoid(load, opening)) for name, (_, opening, load) in curves.items()}
         under = {name: float(np.trapezoid(abs(load), s)) for name, (s, _, load) in curves.items()}
         s, gap = self.difference()
@@ -57,9 +57,15 @@ class Comparison:
             "seconds": _row({name: result.solution_time for name, result in results.items()}),
         }
 
+    def _curve(self, model: str) -> tuple[Array, Array, Array]:
+        """Opening travelled, opening and load from the unloaded state to the common end."""
+        s, history = np.r_[0.0, self._travelled[model]], getattr(self, model).history
+        keep = np.r_[s[s < self._end], self._end]
+        return keep, *(np.interp(keep, s, np.r_[0.0, history[name]]) for name in ("opening", "load"))
+
     def difference(self) -> tuple[Array, Array]:
         """Load of the smeared run less that of the discrete one (N) over the opening (mm) that both have travelled."""
-        curves = [_to(result, self._end) for result in (self.discrete, self.smeared)]
+        curves = [self._curve(name) for name in MODELS]
         s = np.union1d(curves[0][0], curves[1][0])
         gap = np.interp(s, *curves[1][::2]) - np.interp(s, *curves[0][::2])
         cross = np.flatnonzero(gap[1:] * gap[:-1] < 0)  # where the curves cross, the difference has a corner at 0
@@ -69,14 +75,14 @@ class Comparison:
     def profiles(self) -> list[tuple[str, dict[str, tuple[Array, Array]]]]:
         """Opening (mm) over the position along the crack path (mm) at three stages: the peak, half the peak load
         after it (or halfway to the end), and the end. A pair (title, {model: (position, opening)}) for each."""
-        s, opening, load = _to(self.discrete, self._end)
+        s, opening, load = self._curve("discrete")
         peak = int(load.argmax())
         fallen = np.flatnonzero(load[peak:] <= 0.5 * load[peak])
         middle = s[peak + fallen[0]] if fallen.size and s[peak + fallen[0]] < 0.9 * self._end else 0.5 * (s[peak] + self._end)
         found = []
         for at in (s[peak], float(middle), self._end):
             title = f"opening {np.interp(at, s, opening):.3g} mm"
-            found.append((title, {name: _profile(getattr(self, name), at) for name in MODELS}))
+            found.append((title, {name: _profile(getattr(self, name), self._travelled[name], at) for name in MODELS}))
         return found
 
     def summary(self) -> str:
@@ -168,21 +174,33 @@ def _ratio(value: float, over: float) -> float:
     return value / over if over else 0.0
 
 
-def _travel(result: Result) -> Array:
-    """Opening travelled, forth and back, from the unloaded state: the common parameter of two runs."""
-    return np.cumsum(abs(np.diff(np.r_[0.0, result.history["opening"]])))
+def _travelled(results: Sequence[Result]) -> list[Array]:
+    """Opening travelled, forth and back, by the rows of each run: the common parameter of their curves.
+
+    Where both runs turn equally often, what they travel between two turns is counted as the mean of both, so that a
+    run that closes a little further does not fall behind the other.
+    """
+    openings = [np.r_[0.0, result.history["opening"]] for result in results]
+    turns = []
+    for opening in openings:
+        moves = np.sign(np.diff(opening))
+        rows = np.flatnonzero(moves)
+        turns.append(np.r_[0, rows[1:][moves[rows[1:]] != moves[rows[:-1]]], len(opening) - 1])
+    travelled = [np.r_[0.0, np.cumsum(abs(np.diff(opening)))] for opening in openings]
+    if len(turns[0]) != len(turns[1]) or len(turns[0]) == 2:
+        return [s[1:] for s in travelled]
+    at_turns = np.mean([s[turn] for s, turn in zip(travelled, turns, strict=True)], axis=0)
+    scaled = []
+    for s, turn in zip(travelled, turns, strict=True):
+        common = np.interp(s, s[turn], at_turns)
+        last = s > s[turn[-2]]  # one run may end before the other
+        common[last] = at_turns[-2] + s[last] - s[turn[-2]]
+        scaled.append(common[1:])
+    return scaled
 
 
-def _to(result: Result, end: float) -> tuple[Array, Array, Array]:
-    """Opening travelled, opening and load from the unloaded state to a common end."""
-    s = np.r_[0.0, _travel(result)]
-    keep = np.r_[s[s < end], end]
-    return keep, *(np.interp(keep, s, np.r_[0.0, result.history[name]]) for name in ("opening", "load"))
-
-
-def _profile(result: Result, travelled: float) -> tuple[Array, Array]:
-    """Positions along the path and openings, between the two rows around an opening travelled."""
-    s = _travel(result)
+def _profile(result: Result, s: Array, travelled: float) -> tuple[Array, Array]:
+    """Positions along the path and openings, between the two rows around an opening travelled, s being that of the rows."""
     after = int(np.clip(np.searchsorted(s, travelled), 0, len(s) - 1))
     before = max(after - 1, 0)
     share = (travelled - s[before]) / (s[after] - s[before]) if s[after] > s[before] else 1.0
