@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"cohesive: {error}", file=sys.stderr)
         return _BAD_INPUT
     except KeyboardInterrupt:
-        print("cohesive: interrupted before the first step", file=sys.stderr)
+        print("cohesive: interrupted; what was written until then is complete", file=sys.stderr)
         return _INTERRUPTED
     except BrokenPipeError:  # the reader of the output has left, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -99,8 +99,8 @@ def _run(options: argparse.Namespace) -> int:
                 raise
             result = partial_result
             status = _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
-    result.save(folder)
     print(result.summary())
+    result.save(folder)
     print(f"files: {folder}/  (curve.png, deformed.png, history.csv, frames.pvd, run.json, scene.toml)")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
@@ -117,12 +117,13 @@ def _compare(options: argparse.Namespace) -> int:
             partial_result = getattr(error, "result", None)
             if not isinstance(partial_result, Result):
                 raise
-            part = folder / partial_result.scene.model.kind
-            partial_result.save(part)
-            print(f"cohesive: {partial_result.notes[-1]}; everything up to there is in {part}/", file=sys.stderr)
+            for result in (*getattr(error, "finished", ()), partial_result):
+                result.save(folder / result.scene.model.kind)
+            note = f"{partial_result.scene.model.kind}: {partial_result.notes[-1]}"
+            print(f"cohesive: {note}; everything up to there is in {folder}/", file=sys.stderr)
             return _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
-    comparison.save(folder)
     print(comparison.summary())
+    comparison.save(folder)
     print(f"files: {folder}/  (comparison.png, comparison.csv, and the files of both runs in discrete/ and smeared/)")
     return _STOPPED if any(": stopped: " in note for note in comparison.notes) else 0
 

@@ -17,6 +17,7 @@ from .loading import Step
 from .result import Result, make_folder, write_file, write_text
 from .scene import Scene
 from .simulation import run
+from .summary import warnings
 
 Array = NDArray[np.float64]
 
@@ -33,17 +34,25 @@ class Comparison:
     table : {quantity: {"discrete": , "smeared": , "relative_difference": }}, the difference that of the smeared value
         over the discrete one. peak (N), opening_at_peak (mm); energy (N mm), the area under load over opening to the
         common end; curve_distance, the area between the curves over the area under each, and over the mean of both;
-        iterations; seconds, without files.
+        iterations; seconds, without files. Where a platen moves both ways, the curves are those of its load over its
+        motion, and the energy is its work.
     notes : what stopped a run early, and what the runs say of themselves
     """
 
     def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
         results = {"discrete": discrete, "smeared": smeared}
-        self._travelled = dict(zip(MODELS, _travelled([discrete, smeared]), strict=True))
+        self.by_platen = discrete.drives_both_ways
+        travelled = [r.platen_path for r in results.values()] if self.by_platen else _travelled(list(results.values()))
+        self._travelled = dict(zip(MODELS, travelled, strict=True))
         self._end = float(min(s[-1] for s in self._travelled.values()))
         curves = {name: self._curve(name) for name in MODELS}
-        energy = {name: float(np.trapezoid(load, opening)) for name, (_, opening, load) in curves.items()}
+        if self.by_platen:
+            energy = {
+                name: float(np.interp(self._end, s, results[name].history["work"])) for name, s in self._travelled.items()
+            }
+        else:
+            energy = {name: float(np.trapezoid(load, opening)) for name, (_, opening, load) in curves.items()}
         under = {name: float(np.trapezoid(abs(load), s)) for name, (s, _, load) in curves.items()}
         s, gap = self.difference()
         between = float(np.trapezoid(abs(gap), s))
@@ -72,15 +81,25 @@ class Comparison:
         root = s[cross] + (s[cross + 1] - s[cross]) * gap[cross] / (gap[cross] - gap[cross + 1])
         return np.insert(s, cross + 1, root), np.insert(gap, cross + 1, 0.0)
 
+    @property
+    def travelled(self) -> str:
+        """What the curves are drawn over."""
+        if self.by_platen:
+            return "motion of the platen"
+        there_and_back = bool((np.diff(self.discrete.history["opening"]) < 0).any())
+        return "opening travelled, forth and back" if there_and_back else "opening"
+
     def profiles(self) -> list[tuple[str, dict[str, tuple[Array, Array]]]]:
         """Opening (mm) over the position along the crack path (mm) at three stages: the peak, half the peak load
-        after it (or halfway to the end), and the end. A pair (title, {model: (position, opening)}) for each."""
+        after it (or halfway to the end), and the end; fewer, where they coincide. A pair (title, {model: (position,
+        opening)}) for each."""
         s, opening, load = self._curve("discrete")
         peak = int(load.argmax())
         fallen = np.flatnonzero(load[peak:] <= 0.5 * load[peak])
         middle = s[peak + fallen[0]] if fallen.size and s[peak + fallen[0]] < 0.9 * self._end else 0.5 * (s[peak] + self._end)
         found = []
-        for at in (s[peak], float(middle), self._end):
+        stages = [float(s[peak]), float(middle), self._end]
+        for at in (a for i, a in enumerate(stages) if all(abs(a - b) > 0.01 * self._end for b in stages[:i])):
             title = f"opening {np.interp(at, s, opening):.3g} mm"
             found.append((title, {name: _profile(getattr(self, name), self._travelled[name], at) for name in MODELS}))
         return found
@@ -94,9 +113,7 @@ class Comparison:
             values = "".join(f"{row[model]:12.5g}" for model in MODELS)
             lines.append(f"{label:24s}{values}{100 * row['relative_difference']:+11.2f}%")
         lines[5] = lines[5].replace("+", " ")  # a distance has no sign
-        lines.append(
-            f"up to the end that both runs reach, an opening travelled of {self._end:.4g} mm: energy and curve distance"
-        )
+        lines.append(f"up to the end that both runs reach, {self._end:.4g} mm of {self.travelled}: energy and curve distance")
         return "\n".join(lines + self.notes)
 
     def plot(self) -> Figure:
@@ -150,19 +167,29 @@ def compare(
     SceneError, MeshError
         For bad input.
     NotConverged, KeyboardInterrupt
-        Where not even one step of a run converged, and for an interruption, with the exception's `result`.
+        Where not even one step of a run converged, and for an interruption, with the exception's `result`, and what
+        was finished before it in `finished`.
     """
-    results, notes = [], []
+    results: list[Result] = []
+    notes: list[str] = []
     scenes = [scene.with_(**{"model.kind": "discrete"}), scene.with_(**{"model.kind": "smeared", "model.half": False})]
+    if output is not None:
+        make_folder(Path(output))
+        for old in Path(output).glob("comparison.*"):  # of an earlier run into the same folder
+            old.unlink()
     for name, one in zip(MODELS, scenes, strict=True):
         try:
             result = run(one, output=None if output is None else Path(output) / name, on_step=on_step)
-        except NotConverged as error:
-            if not isinstance(error.result, Result) or not len(error.result.history["step"]):
+        except (NotConverged, KeyboardInterrupt) as error:
+            stopped = getattr(error, "result", None)
+            error.finished = results  # type: ignore[union-attr]
+            if isinstance(error, KeyboardInterrupt) or stopped is None or not len(stopped.history["step"]):
                 raise
-            result = error.result
-        notes += [f"{name}: {note}" for note in result.notes]
+            result = stopped
+        notes += [f"{name}: {note}" for note in (*result.notes, *warnings(result))]
         results.append(result)
+    if scene.model.half:
+        notes.append("smeared: the whole body; model.half holds for the discrete run only")
     return Comparison(results[0], results[1], notes)
 
 
@@ -207,8 +234,11 @@ def _profile(result: Result, s: Array, travelled: float) -> tuple[Array, Array]:
     where, late = result.opening_profile(after)
     early = result.opening_profile(before)[1]
     position = _along(where, getattr(result.scene.specimen, "paths", []))
+    opening = (1.0 - share) * early + share * late
     order = np.argsort(position, kind="stable")
-    return position[order], ((1.0 - share) * early + share * late)[order]
+    if result.model.is_smeared and result.model.cracks.frames is None:  # off the path nearly every point is closed
+        order = order[opening[order] > 0.01 * opening.max(initial=0.0)]
+    return position[order], opening[order]
 
 
 def _along(points: Array, lines: list[Line]) -> Array:

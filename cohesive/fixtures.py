@@ -102,12 +102,15 @@ def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str,
     else:
         plus = mesh.point_sets["gauge_plus"]
         minus = mesh.point_sets.get("gauge_minus", plus)
+    apart = mesh.points[plus].mean(axis=0) - mesh.points[minus].mean(axis=0)
     if faces is None and isinstance(specimen, SingleCrack):
         normal = np.array(specimen.normal)
     elif faces is None and isinstance(specimen, UserMesh):  # without a path, from one place to the other
-        normal = _gauge_normal(specimen, mesh.points[plus].mean(axis=0) - mesh.points[minus].mean(axis=0))
+        normal = _gauge_normal(specimen, apart)
     else:
         normal = _gauge_normal(specimen, mean)
+    if isinstance(specimen, UserMesh) and normal @ apart < 0:  # the opening grows where the places part
+        normal = -normal
     measures = {}
     for name, direction in (("opening", normal), ("sliding", np.array([normal[1], -normal[0]]))):
         row = np.zeros(2 * len(mesh.points))

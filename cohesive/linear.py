@@ -19,9 +19,11 @@ Free: TypeAlias = sp.csr_array | None
 
 
 class NotConverged(RuntimeError):
-    """A step that did not converge. `result` holds everything computed before it, once `run` has passed it on."""
+    """A step that did not converge. `result` holds everything computed before it, once `run` has passed it on;
+    `finished` the runs that `compare` had finished."""
 
     result: object = None
+    finished: object = None
 
 
 class Stiffness(Protocol):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .linear import NotConverged
+from .pointlaw import PointFailure
 from .problem import Problem, State
 from .solver import Trial, advance, advance_to_onset, settle
 
@@ -50,7 +51,7 @@ class Stage:
     Where a specimen's platen moves both ways (these three hold until another stage gives one of them):
 
     angle : of its motion from the normal of its face, degrees: 0 pulls it away, 90 shears it. The load and `driven` are
-        those along this direction.
+        those along this direction, `driven` counted from the unloaded place.
     ratio : instead of the angle, the part of normal motion on one part of shear.
     hold : whether the platen is held across this direction (default), or moves freely but for the specimen's springs,
         which are unstressed where the first stage with hold = false begins.
@@ -212,6 +213,8 @@ class March:
                     continue
                 snap = min(SNAP_STEP * nominal, abs(target - value))
                 try:
+                    if isinstance(error.__cause__, PointFailure):  # not a lack of equilibrium, which damping overcomes
+                        raise error
                     trial = settle(problem, state, control, value + direction * snap, nominal)
                 except NotConverged:
                     raise NotConverged(

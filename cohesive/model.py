@@ -47,7 +47,7 @@ class CrackPart:
     operator : (c p, 2 m) sparse matrix, displacements of the mesh nodes to jumps or strains
     weights, where, cell : (p,), (p, 2), (p,): weight, position and cell of each point, the cells counted over all
         blocks of the part
-    area : of the crack, mm^2
+    area : of the crack, mm^2; None where there is neither a path nor a row of elements that tells
     width : of the crack plane: w, or the l_ch of a crack along the path
     frames : (p, 2, 2) normal and tangent of the path at each point; None where there is no path
     faces : Interface between the two sides of the path, which gives the mean jump; None where there is none
@@ -58,7 +58,7 @@ class CrackPart:
     weights: Array
     where: Array
     cell: Index
-    area: float
+    area: float | None
     width: float
     frames: Array | None
     faces: Interface | None
@@ -197,32 +197,31 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
 def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> CrackPart:
     """A crack band: quadrilaterals along the path, or all elements."""
     options, thickness = scene.band, scene.specimen.thickness
-    on_path = options.where == "path" and not isinstance(scene.specimen, UserMesh)
-    parts = [block.strain_points(_centre_line(_POINTS_ALONG[block.kind]) if on_path else None) for block in band]
+    parts = [block.strain_points(_centre_line(_POINTS_ALONG[block.kind]) if is_row(mesh) else None) for block in band]
     offsets = np.cumsum([0, *(len(block.cells) for block in band)])[:-1]
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
     corners = np.concatenate([block.corners() for block in band])
     weights = np.concatenate([part[1] for part in parts])
-    size = np.sqrt(np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / thickness)
-    faces = frames = None
-    if isinstance(scene.specimen, UserMesh):
-        width = float(np.median(size))
-        area = float(weights.sum()) / width if options.where == "path" else width * thickness
-    else:
-        assert scene.sizes is not None
-        width = scene.sizes.crack_size if options.width is None else options.width
+    faces = frames = area = None
+    if is_row(mesh):
+        block = mesh.cells[-1]
+        faces = Interface.from_cells(block.type, mesh.points, block.data, thickness)
+        area = faces.area
+        width = float(weights.sum()) / area
+        first = np.searchsorted(faces.cell, np.arange(len(block.data)))
+        n = faces.normals[first][cell]
+        frames = np.stack([n, np.stack([n[:, 1], -n[:, 0]], axis=1)], axis=1)
+    else:  # each crack will have a length of its own
+        width = float(np.median(np.sqrt(np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / thickness)))
+    if not isinstance(scene.specimen, UserMesh):
         area = path_length("crack", scene.specimen.paths) * thickness
-        if options.where == "path":
-            block = mesh.cells[-1]
-            faces = Interface.from_cells(block.type, mesh.points, block.data, thickness)
-            first = np.searchsorted(faces.cell, np.arange(len(block.data)))
-            n = faces.normals[first][cell]
-            frames = np.stack([n, np.stack([n[:, 1], -n[:, 0]], axis=1)], axis=1)
-    _check_units(scene, area / thickness)
+        width = scene.sizes.crack_size if options.width is None else options.width  # type: ignore[union-attr]
+    _check_units(scene, float(np.ptp(mesh.points, axis=0).max()) if area is None else area / thickness)
     excess = width / (2.0 * scene.material.characteristic_length)
     if excess > _REFUSE_EXCESS:
+        key = "specimen.band: width" if isinstance(scene.specimen, UserMesh) else "band.width"
         raise SceneError(
-            f"band.width = {width:g}: a band so wide dissipates {100 * (1 + excess):.0f} % of Gf "
+            f"{key} = {width:g}: a band so wide dissipates {100 * (1 + excess):.0f} % of Gf "
             f"(ft^2 l_ch / 2E is {excess:.2g} Gf); expected less than {2 * scene.material.characteristic_length:.4g} mm"
         )
     law = CrackBand(
@@ -232,6 +231,11 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
     )  # fmt: skip
     where = np.concatenate([part[2] for part in parts])
     return CrackPart(law, sp.vstack([p[0] for p in parts]).tocsr(), weights, where, cell, area, width, frames, faces)
+
+
+def is_row(mesh: meshio.Mesh) -> bool:
+    """Whether the mesh ends with a row of quadrilaterals along a path, [a-, b-, b+, a+] each."""
+    return "row" in (mesh.cell_sets or {})
 
 
 def _centre_line(n: int) -> tuple[Array, Array]:

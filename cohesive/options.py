@@ -22,8 +22,11 @@ class UserMesh:
     crack : name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges.
     supports : list of {at = place, direction = [x, y]}: no motion of these nodes along the direction.
     drive : {at = place, direction = [x, y]}: these nodes move together along the direction.
-    gauge_minus, gauge_plus : places between which the opening is measured; without them the mean jump over the crack.
-    band : name of a set of elements, the crack band of the smeared model with band.where = "path".
+    gauge_minus, gauge_plus : places between which the opening is measured, positive where they part; without them the
+        mean jump over the crack, or over a band that is a row of quadrilaterals.
+    band : name of a set of elements, the crack band of the smeared model with band.where = "path". A row of
+        quadrilaterals, one element wide, is treated as that of a built-in specimen; in any other set of elements the
+        crack may form as with "everywhere".
     """
 
     file: str
@@ -103,7 +106,7 @@ class BandOptions:
 
     Parameters
     ----------
-    width : of the band in mm; default: mesh.crack_size.
+    width : of the band along the path in mm; default: mesh.crack_size.
     where : "path": the crack path is a row of quadrilaterals, one element wide (first-order triangles would lock
         and lead the crack along the mesh); "everywhere": the crack may form in any element, refined near the path.
     max_cracks : crack planes at a point.

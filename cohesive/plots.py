@@ -29,14 +29,25 @@ def save_curve(result: Result, path: Path) -> None:
     """Load against opening, over the measured band where there is one."""
     figure = new_figure(6.4, 4.4)
     axes = figure.add_subplot()
-    opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
-    _draw_reference(axes, result.reference)
-    axes.plot(opening, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
-    axes.plot(result.opening_at_peak, result.peak_load, "o", color="C3", markersize=4, label=f"peak {result.peak_load:.4g} N")
+    label, x, load = _abscissa(result)
+    if not result.drives_both_ways:
+        _draw_reference(axes, result.reference)
+    axes.plot(x, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
+    peak = int(load.argmax())
+    axes.plot(x[peak], load[peak], "o", color="C3", markersize=4, label=f"peak {load[peak]:.4g} N")
     axes.axhline(0.0, color="0.5", linewidth=0.6)
-    axes.set(xlabel="opening (mm)", ylabel="load (N)", title=result.scene.title)
+    axes.set(xlabel=f"{label} (mm)", ylabel="load (N)", title=result.scene.title)
     axes.legend(frameon=False)
     save(figure, path)
+
+
+def _abscissa(result: Result) -> tuple[str, Array, Array]:
+    """What the load is drawn over, and both from the unloaded state: the opening; for a platen that moves both ways its
+    motion, along which its load acts."""
+    load = np.r_[0.0, result.history["load"]]
+    if result.drives_both_ways:
+        return "motion of the platen", np.r_[0.0, result.platen_path], load
+    return "opening", np.r_[0.0, result.history["opening"]], load
 
 
 def _draw_reference(axes: Axes, reference: Reference | None) -> None:
@@ -56,18 +67,18 @@ def comparison_figure(comparison: Comparison) -> Figure:
     figure = new_figure(11.0, 5.6)
     grid = figure.add_gridspec(2, 2, height_ratios=[2.4, 1.0], width_ratios=[1.15, 1.0])
     top, below, side = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1])
-    _draw_reference(top, comparison.discrete.reference)
+    if not comparison.by_platen:
+        _draw_reference(top, comparison.discrete.reference)
     for result, label, style in ((comparison.discrete, "discrete", "C0-"), (comparison.smeared, "smeared", "C1--")):
-        opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
-        top.plot(opening, load, style, label=f"{label}, peak {result.peak_load:.4g} N")
+        what, x, load = _abscissa(result)
+        top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.4g} N")
     top.axhline(0.0, color="0.5", linewidth=0.6)
-    top.set(xlabel="opening (mm)", ylabel="load (N)")
+    top.set(xlabel=f"{what} (mm)", ylabel="load (N)")
     top.legend(frameon=False)
     travelled, gap = comparison.difference()
     below.plot(travelled, gap, color="C3", linewidth=1.0)
     below.axhline(0.0, color="0.5", linewidth=0.6)
-    monotonic = bool((np.diff(comparison.discrete.history["opening"]) >= 0).all())
-    below.set(xlabel="opening (mm)" if monotonic else "opening travelled, forth and back (mm)")
+    below.set(xlabel=f"{comparison.travelled} (mm)")
     below.set(ylabel="smeared - discrete (N)")
     for i, (title, profiles) in enumerate(comparison.profiles()):
         side.plot(*profiles["discrete"], color=f"C{i + 4}", label=f"{title}, discrete")

@@ -80,6 +80,8 @@ def write_file(path: Path, write: Callable[[Path], None]) -> None:
     try:
         write(temporary)
         os.replace(temporary, path)
+    except OSError as error:
+        raise SceneError(f"'{path}': cannot be written: {error.strerror or error}") from None
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -175,14 +177,28 @@ class Result:
         return self.model.problem
 
     @property
+    def drives_both_ways(self) -> bool:
+        """Whether a platen moves along two directions, so that the load is not always that of the opening."""
+        return len(self.problem.drives) == 2
+
+    @property
+    def platen_path(self) -> Array:
+        """Length of the way that the drives have gone, (rows,), mm."""
+        places = np.array([state.v[self.problem.drives] for state in self._states]).reshape(len(self._states), -1)
+        return np.cumsum(np.linalg.norm(np.diff(places, axis=0, prepend=0.0), axis=1))
+
+    @property
     def last(self) -> State:
         """The state at the last row."""
         return self._states[-1]
 
     @property
-    def full_energy(self) -> float:
-        """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch."""
+    def full_energy(self) -> float | None:
+        """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch.
+        None where the area is not known: a crack anywhere in a mesh of the user's."""
         material, cracks = self.scene.material, self.model.cracks
+        if cracks.area is None:
+            return None
         return (material.Gf + material.ft**2 * cracks.width / (2 * material.E)) * cracks.area
 
     @property
@@ -205,13 +221,14 @@ class Result:
         problem = self.problem
         # 1e6 times stiffer: a crack plane without width
         with_width, without = (problem.response(factor * problem.law.elastic()) for factor in (1.0, 1e6))
-        if self._gauge_is_elastic:
+        if self.gauge_is_elastic:
             row = problem.measures["opening"]
             return float(row @ with_width) / float(row @ without) - 1.0
         return float(problem.drive @ with_width) / float(problem.drive @ without) - 1.0
 
     @property
-    def _gauge_is_elastic(self) -> bool:
+    def gauge_is_elastic(self) -> bool:
+        """Whether the opening is measured over a length of the body, not as the mean jump."""
         return getattr(self.scene.specimen, "gauge", 0.0) > 0 or getattr(self.scene.specimen, "gauge_plus", None) is not None
 
     def frame(self, row: int) -> Frame:
@@ -254,64 +271,9 @@ class Result:
 
     def summary(self) -> str:
         """The printed summary."""
-        from .simulation import describe
+        from .summary import summary
 
-        h, w = self.history, "l_ch" if self.model.is_smeared else "w"
-        lines = [self.scene.title, *describe(self.scene, self.model)]
-        lines += self.notes
-        if not len(self._states):
-            return "\n".join([*lines, "no step converged"])
-        left = 1.0 - h["dissipated"][-1] / self.full_energy
-        rest = f"{100 * left:.1f} % is left" if left >= 0 else "sliding takes more, and contact returns some of it"
-        last = h["load"][-1] / max(abs(h["load"]).max(), 1e-300)
-        peak = ""
-        if self.peak_load <= 0:
-            peak = f", none is positive, down to {h['load'].min():.5g} N: check the drive and the order of the gauge points"
-        elif self._peak in (0, len(h["load"]) - 1):
-            peak = f", the {'first' if self._peak == 0 < len(h['load']) - 1 else 'last'} step: the true peak may lie outside"
-        energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}
-        timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.timings.items())
-        lines += [
-            f"peak load: {self.peak_load:.5g} N at opening {self.opening_at_peak:.4g} mm{peak}",
-            f"dissipated: {h['dissipated'][-1]:.5g} N mm of {self.full_energy:.5g} N mm = (Gf + ft^2 {w} / 2E) x crack area; "
-            f"{rest}; the last load is {100 * last:.1f} % of the largest",
-            f"energy balance: work {h['work'][-1]:.5g} = "
-            + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
-            + f" N mm, error {self.energy_error:.1e} of the work"
-            + (": smaller steps will close it" if self.energy_error > 1e-2 else ""),
-            *self._width_lines(),
-            f"steps: {len(self._states)}, iterations: {self.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
-        ]
-        if self.reference is not None:
-            checks = self.reference.check(h["opening"], h["load"])
-            lines.append(f"{self.reference.label}: {sum(c[3] for c in checks)} of {len(checks)} points inside the band")
-            lines += [
-                f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
-                for x, y, away, inside in checks
-                if not inside
-            ]
-        return "\n".join(lines)
-
-    def _width_lines(self) -> list[str]:
-        """What the width of the crack plane does."""
-        cracks = self.model.cracks
-        if not self.model.is_smeared:
-            what = "the opening" if self._gauge_is_elastic else "the driven motion"
-            return [
-                f"elastic compliance of {what}: +{100 * self.added_compliance():.2f} % from the interface width of "
-                f"{cracks.width:.3g} mm"
-            ]
-        planes = self._states[-1].points.cracks
-        damaged = planes.Z > planes.length * self.scene.material.ft / self.scene.material.E
-        if not damaged.any():
-            return ["no crack has opened"]
-        count = np.bincount(planes.point[damaged])
-        lengths = planes.length[damaged]
-        excess = self.scene.material.ft**2 * lengths.mean() / (2 * self.scene.material.E * self.scene.material.Gf)
-        return [
-            f"cracks: {damaged.sum()} damaged planes at {(count > 0).sum()} points, l_ch {lengths.min():.3g} to "
-            f"{lengths.max():.3g} mm, which adds {100 * excess:.1f} % to Gf"
-        ]
+        return summary(self)
 
     def save(self, folder: str | Path) -> None:
         """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json.

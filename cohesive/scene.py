@@ -88,6 +88,9 @@ class Scene:
         self.interface = _build(InterfaceOptions, _table(self.data, "interface"), "interface")
         self.model = _build(ModelOptions, _table(self.data, "model"), "model")
         self.band = _build(BandOptions, _table(self.data, "band"), "band")
+        if self.band.width is not None and (kind == "mesh" or self.band.where == "everywhere"):
+            what = "a mesh of your own" if kind == "mesh" else "band.where = 'everywhere'"
+            raise SceneError(f"band.width = {self.band.width:g}: with {what} the elements give it; expected no width")
         self.solver = _build(SolverOptions, _table(self.data, "solver"), "solver")
         self.output = _build(OutputOptions, _table(self.data, "output"), "output")
         self.reference = (

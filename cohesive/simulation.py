@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import meshio
@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from meshing import MeshError, read_band_mesh, read_mesh
+from meshing import MeshError, Specimen, read_band_mesh, read_mesh
 
 from .assembly import Points, Unknowns, bulk_stiffness
 from .condensation import Condensed, nested_dissection
@@ -20,7 +20,7 @@ from .continuum import BAND_COLUMNS, ElasticBlock, ElementError, elasticity
 from .fixtures import gauge, ties
 from .linear import DenseStiffness, NotConverged, SparseStiffness, Stiffness
 from .loading import March, Step
-from .model import Model, band_note, band_part, interface_part
+from .model import Model, band_note, band_part, interface_part, is_row
 from .options import UserMesh
 from .problem import Problem, State
 from .reference import load_reference
@@ -49,7 +49,7 @@ def build(scene: Scene) -> Model:
     except MeshError as error:  # name the key, where the message begins with one
         if str(error).startswith("band."):
             raise
-        named = re.match(r"\w+ = |band is", str(error))
+        named = re.match(r"\w+ = |band is missing", str(error))
         raise MeshError(f"specimen{'.' if named else ': '}{error}") from None
     timings["mesh"] = time.perf_counter() - clock
 
@@ -119,7 +119,7 @@ def build(scene: Scene) -> Model:
         stiffness,
         drives_at,
         np.eye(len(drives_at))[0],
-        cracks.area,
+        cracks.area or float(np.ptp(points, axis=0).max()) * scene.specimen.thickness,  # without one, its order
         measures,
         scene.solver.tol,
         spring=getattr(scene.specimen, "restraint", 0.0),
@@ -166,6 +166,8 @@ def run(
     march = March(built.problem, scene.stages, built.record)
     if built.is_smeared and (warning := band_note(scene, built.cracks.width)):
         march.notes.append(warning)
+    if isinstance(scene.specimen, Specimen) and scene.specimen.is_off_the_notch():
+        march.notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
     rows: list[dict[str, float]] = []
     states: list[State] = []
     clock = time.perf_counter()
@@ -206,13 +208,16 @@ def _mesh(scene: Scene) -> meshio.Mesh:
         if specimen.band is None and not everywhere:
             raise MeshError("band is missing: expected the name of the set of elements that form the band, or "
                             "band.where = 'everywhere'")  # fmt: skip
-        return read_band_mesh(scene.file(specimen.file), None if everywhere else specimen.band)
+        along = None if isinstance(specimen.crack, str) else np.subtract(specimen.crack[0][-1], specimen.crack[0][0])
+        return read_band_mesh(scene.file(specimen.file), None if everywhere else specimen.band, along)
     assert scene.sizes is not None
     if smeared and everywhere:
         return specimen.mesh_body(scene.sizes)
     if smeared:
         width = scene.sizes.crack_size if scene.band.width is None else scene.band.width
-        return specimen.mesh_band(scene.sizes, width)
+        mesh = specimen.mesh_band(scene.sizes, width)
+        mesh.cell_sets["row"] = mesh.cell_sets["band"]
+        return mesh
     return specimen.mesh(scene.sizes, scene.model.half)
 
 
@@ -221,12 +226,11 @@ def _blocks(scene: Scene, mesh: meshio.Mesh, points: Array, D: Array) -> tuple[l
     t = scene.specimen.thickness
     if scene.model.kind == "discrete":
         return [ElasticBlock(block.type, points, block.data, D, t) for block in mesh.cells[:-1]], []
-    own = not isinstance(scene.specimen, UserMesh)
     sides: tuple[list[ElasticBlock], list[ElasticBlock]] = ([], [])
     for i, block in enumerate(mesh.cells):
         in_band = scene.band.where == "everywhere" or bool(len(mesh.cell_sets["band"][i]))
         kind, columns = block.type, list(range(block.data.shape[1]))
-        if in_band and own and scene.band.where == "path":
+        if in_band and is_row(mesh):
             kind, columns = BAND_COLUMNS[kind]
         sides[in_band].append(ElasticBlock(kind, points, block.data[:, columns], D, t))
     return sides
@@ -253,7 +257,8 @@ def _check_stages(scene: Scene, problem: Problem, width: float) -> None:
         row = problem.measures[first.control]
         if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
             raise SceneError(
-                f"stage.0.control = '{first.control}': the drive does not change it in this body; expected another control"
+                f"stage.0.control = '{first.control}': the drive does not change it while the body is elastic; expected a "
+                "gauge for the specimen (without one the mean jump over the crack is measured), or another control"
             )
 
 
@@ -269,29 +274,3 @@ def _dense_is_cheaper(active: int, total: int) -> bool:
     """Compare the cost of an iteration: dense LU, n^3 / 1.5 operations, against a sparse plane factorization,
     about 12 N^1.5 operations at a tenth of the speed."""
     return active < _LARGEST_DENSE and active**3 / 1.5 < 120.0 * total**1.5
-
-
-def describe(scene: Scene, model: Model) -> Sequence[str]:
-    """Three lines: what was modelled, how, and what was left out."""
-
-    def count(blocks: Sequence[ElasticBlock]) -> str:
-        kinds = " and ".join(sorted({block.kind for block in blocks}))
-        return f"{sum(len(block.cells) for block in blocks)} {{}}{kinds} elements"
-
-    whole = "one half of a symmetric body, " if scene.model.half else ""
-    bulk = count(model.blocks).format("linear elastic ") + " and " if model.blocks else ""
-    points = f"{len(model.cracks.weights)} points"
-    if model.is_smeared:
-        cracks = f"a crack band of {count(model.band).format('')}, {points}, width {model.cracks.width:.3g} mm"
-        if scene.band.where == "everywhere":
-            cracks = f"{count(model.band).format('')} that may crack, {points}"
-        left_out = "cracks off the band, " if scene.band.where == "path" else ""
-    else:
-        cracks = f"{len(model.mesh.cells[-1].data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
-        left_out = "cracks off the given path, "
-    return (
-        f"modelled: {whole}{bulk}{cracks}, in plane {scene.model.plane}",
-        f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
-        + (", the rest eliminated once" if model.reduction == "condensed" else ", nothing condensed"),
-        f"left out: {left_out}crushing, time, temperature, large rotations",
-    )

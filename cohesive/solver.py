@@ -171,8 +171,8 @@ def _newton(
     worst = int(np.argmax(problem.points.weights * change))
     values = ", ".join(f"{value:.3g}" for value in now.points.deformation[worst])
     raise NotConverged(
-        f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, "
-        f"tolerance {problem.tol:.0e}; the point that changed most is at {problem.place(worst)}, "
+        f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, correction "
+        f"{correction:.1e}, tolerance {problem.tol:.0e}; the point that changed most is at {problem.place(worst)}, "
         f"{problem.law.quantity} ({values})"
     )
 

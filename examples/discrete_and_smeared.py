@@ -115,7 +115,7 @@ def _draw(rows: dict[str, list[Row]], path: Path) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("discrete-and-smeared"), help="folder for the figure")
+    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
     folder: Path = parser.parse_args().output
     folder.mkdir(parents=True, exist_ok=True)
     main(plot=folder / "discrete_and_smeared.png")

@@ -110,7 +110,7 @@ def _draw(sizes: tuple[float, ...], bands: dict[bool, list[Curves]], discrete: C
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("sandwich-panel"), help="folder for the figure")
+    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
     folder: Path = parser.parse_args().output
     folder.mkdir(parents=True, exist_ok=True)
     main(plot=folder / "sandwich_panel.png")

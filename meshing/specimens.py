@@ -19,6 +19,22 @@ from .plane import Body, MeshSizes, mesh_body, mesh_polygon
 class Specimen(ABC):
     """What every specimen can be meshed as. Errors of the geometry are MeshErrors that name what is wrong."""
 
+    @property
+    @abstractmethod
+    def paths(self) -> list[Line]:
+        """The crack path."""
+
+    @property
+    def tips(self) -> list[Point]:
+        """Centres of the notches' ends."""
+        return []
+
+    def is_off_the_notch(self) -> bool:
+        """Whether there are notches, and no crack path begins or ends in one."""
+        reach = 1e-6 + getattr(self, "notch_width", 0.0) / 2
+        ends = [p for line in self.paths for p in (line[0], line[-1])]
+        return bool(self.tips) and all(math.dist(p, tip) > reach for p in ends for tip in self.tips)
+
     @abstractmethod
     def body(self, half: bool = False) -> Body:
         """The geometry, or one half of it."""
@@ -81,6 +97,11 @@ class NotchedBeam(Specimen):
         """The crack path."""
         x = self.notch_position
         return self.crack or [[(x, self.notch), (x, self.depth)]]
+
+    @property
+    def tips(self) -> list[Point]:
+        """The end of the notch."""
+        return [(self.notch_position, self.notch)] if self.notch else []
 
     @property
     def is_symmetric(self) -> bool:
@@ -158,6 +179,12 @@ class NotchedTension(Specimen):
         """The crack path."""
         right = self.width / 2 - (self.notch if self.notches == "double" else 0.0)
         return self.crack or [[(-self.width / 2 + self.notch, 0.0), (right, 0.0)]]
+
+    @property
+    def tips(self) -> list[Point]:
+        """The ends of the notches."""
+        x = self.width / 2 - self.notch
+        return ([(-x, 0.0), (x, 0.0)] if self.notches == "double" else [(-x, 0.0)]) if self.notch else []
 
     @property
     def is_symmetric(self) -> bool:

@@ -209,7 +209,7 @@ def test_the_width_of_the_band_is_warned_of_and_refused() -> None:
         ({"band.max_cracks": 4}, r"^band.max_cracks = 4: expected 1, 2 or 3"),
         ({"band.threshold_angle": 95.0}, r"^band.threshold_angle = 95.0: expected"),
         ({"model.half": True}, r"^model.half = true: the crack band lies on both sides"),
-        ({"stage.0.angle": 90.0}, r"^stage.0.angle = 90: this specimen is driven in one direction"),
+        ({"stage.0.angle": 90.0}, r"^stage.0.angle = 90.0: this specimen is driven in one direction"),
         ({"specimen.gauge": 0.0, "band.where": "everywhere"}, r"^specimen.gauge: this band has no faces"),
         ({"stage.0.control": "dissipation", "stage.0.to": 500.0}, r"^stage.0.to = 500: the crack can dissipate"),
     ],
