@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 import pytest
 
@@ -234,3 +236,36 @@ def test_a_failure_names_where_and_keeps_the_run(beam: Scene, monkeypatch: pytes
     result = caught.value.result
     assert isinstance(result, Result)
     assert len(result.history["step"]) == 8
+
+
+def test_a_band_from_a_file_is_that_of_the_specimen(tmp_path: Path) -> None:
+    """The row of quadrilaterals of a built-in mesh, written, shuffled and read back."""
+    scene = block(mesh__crack_size=4.0, stage__0__steps=5, band__width=2.0)
+    mesh = scene.specimen.mesh_band(scene.sizes, 2.0)  # type: ignore[union-attr,arg-type]
+    *bulk, (kind, row) = [(cells.type, cells.data) for cells in mesh.cells]
+    shuffled = np.roll(row[np.random.default_rng(3).permutation(len(row))], 1, axis=1)
+    sets = {"ROW": [*(np.empty(0, dtype=int) for _ in bulk), np.arange(len(row))]}
+    points = np.column_stack([mesh.points, np.zeros(len(mesh.points))])
+    meshio.Mesh(points, [*bulk, (kind, shuffled)], cell_sets=sets, point_sets=mesh.point_sets).write(tmp_path / "block.inp")
+    data = {key: value for key, value in scene.data.items() if key not in ("mesh", "band")}
+    data["specimen"] = {
+        "kind": "mesh", "file": "block.inp", "thickness": 10.0, "crack": [[-20.0, 0.0], [20.0, 0.0]], "band": "ROW",
+        "supports": [{"at": "base", "direction": [0, 1]}, {"at": "base_corner", "direction": [1, 0]}],
+        "drive": {"at": "top", "direction": [0, 1]},
+    }  # fmt: skip
+    mine, own = run(Scene(data, tmp_path), "smeared"), run(scene, "smeared")
+    assert mine.model.cracks.width == pytest.approx(2.0) and mine.full_energy == pytest.approx(own.full_energy)
+    for name in ("load", "opening", "driven", "dissipated", "stress_n"):
+        np.testing.assert_allclose(mine.history[name], own.history[name], rtol=1e-8, err_msg=name)
+    # as a region where the crack may form there is no path: no area, and the opening needs a gauge
+    data["band"] = {"where": "everywhere"}
+    with pytest.raises(ValueError, match=r"specimen.gauge_minus, specimen.gauge_plus: this band has no faces"):
+        run(Scene(data, tmp_path), "smeared")
+    data["specimen"] |= {"gauge_minus": "base", "gauge_plus": "top"}
+    anywhere = run(Scene(data, tmp_path), "smeared")
+    assert anywhere.full_energy is None and "dissipated: " in anywhere.summary()
+
+
+def test_a_band_has_no_width_of_its_own_where_its_elements_give_it() -> None:
+    with pytest.raises(ValueError, match=r"band.width = 2: with band.where = 'everywhere' the elements give it"):
+        block(band__width=2.0, band__where="everywhere")
