@@ -107,7 +107,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_run_that_stops_is_compared_as_far_as_it_came(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A load beyond the peak has no equilibrium in either model."""
-    changes = ["mesh.crack_size=5.0", "mesh.far_size=12.0", "stage.0.control=load", "stage.0.to=1300.0", "stage.0.steps=10"]
+    changes = ["mesh.crack_size=12.5", "mesh.far_size=12.5", "stage.0.control=load", "stage.0.to=1600.0", "stage.0.steps=3"]
     arguments = ["compare", "notched-beam", "-o", str(tmp_path / "out")]
     assert main([*arguments, *(word for change in changes for word in ("--set", change))]) == 1
     out = capsys.readouterr().out
