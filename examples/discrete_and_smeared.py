@@ -8,7 +8,7 @@ Three measures over the width: the peak; the energy, the area under load over op
 band carries along the crack at the peak, by its lateral stress. An interface has no such stress (Poisson coupling). The
 stress does not vanish with the width, the force does.
 
-Expected: peaks and energies of the finest pair within 1 %, differences that fall with the width, a force in proportion to it.
+Expected: peaks and energies of the finest pair within 1 %, differences and a force that fall with the width.
 
     python -m examples.discrete_and_smeared [-o DIR]
 """
