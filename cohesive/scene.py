@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import difflib
 import json
-import math
+import reprlib
 import tomllib
 import types
 import typing
@@ -74,8 +74,9 @@ class Scene:
         kind = table.pop("kind", None)
         if kind is None:
             raise SceneError(f"specimen.kind is missing: expected one of {', '.join(SPECIMENS)}")
-        if kind not in SPECIMENS:
-            raise SceneError(f"specimen.kind = {kind!r}: expected one of {', '.join(SPECIMENS)}{_hint(kind, SPECIMENS)}")
+        if not isinstance(kind, str) or kind not in SPECIMENS:
+            names = ", ".join(SPECIMENS)
+            raise SceneError(f"specimen.kind = {reprlib.repr(kind)}: expected one of {names}{_hint(kind, SPECIMENS)}")
         self.kind: str = kind
         self.specimen: Specimen = _build(SPECIMENS[kind], table, "specimen")
         if kind == "mesh":
@@ -232,8 +233,8 @@ def _table(data: dict[str, Any], name: str, required: bool = False) -> dict[str,
 def _material(table: dict[str, Any]) -> Concrete:
     preset = table.pop("preset", None)
     if preset is not None:
-        if preset not in PRESETS:
-            raise SceneError(f"material.preset = {preset!r}: expected one of {', '.join(PRESETS)}")
+        if not isinstance(preset, str) or preset not in PRESETS:
+            raise SceneError(f"material.preset = {reprlib.repr(preset)}: expected one of {', '.join(PRESETS)}")
         table = {**PRESETS[preset], **table}
     return _build(Concrete, table, "material")
 
@@ -254,7 +255,7 @@ def _build(cls: type[T], table: dict[str, Any], prefix: str) -> T:
         allowed = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
         if not any(_is_a(value, kind) for kind in allowed):
             expected = " or ".join(_KINDS[kind] for kind in allowed if kind in _KINDS)
-            raise SceneError(f"{prefix}.{name} = {value!r}: expected {expected}")
+            raise SceneError(f"{prefix}.{name} = {reprlib.repr(value)}: expected {expected}")
     try:
         return cls(**table)
     except (ValueError, MeshError) as error:
@@ -264,11 +265,15 @@ def _build(cls: type[T], table: dict[str, Any], prefix: str) -> T:
 _KINDS = {float: "a finite number", int: "a whole number", str: "a string", bool: "true or false"}
 
 
+#: numbers beyond it are no lengths, forces or counts, and their squares overflow; NaN compares false as well
+_LARGEST = 1e100
+
+
 def _is_a(value: Any, kind: Any) -> bool:
     if kind is float:
-        return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < _LARGEST
     if kind is int:
-        return isinstance(value, int) and not isinstance(value, bool)
+        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST
     if kind in (str, bool):
         return isinstance(value, kind)
     return kind is not type(None) or value is None  # the class checks lists and tables itself
