@@ -47,7 +47,7 @@ def build(scene: Scene) -> Model:
     try:
         mesh = _mesh(scene)
     except MeshError as error:  # name the key, where the message begins with one
-        if str(error).startswith("band."):
+        if str(error).startswith(("band.", "mesh.")):
             raise
         named = re.match(r"\w+ = |band is missing", str(error))
         raise MeshError(f"specimen{'.' if named else ': '}{error}") from None

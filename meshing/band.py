@@ -11,7 +11,20 @@ from numpy.typing import NDArray
 
 from .cracks import Point, cut_slits, edges_on_path, nodes_on_segment
 from .errors import MeshError
-from .plane import Body, MeshSizes, add_face, add_lines, collect, divide, edge_sets, generate, nearest, session, set_sizes
+from .plane import (
+    Body,
+    MeshSizes,
+    add_face,
+    add_lines,
+    check_sizes,
+    collect,
+    divide,
+    edge_sets,
+    generate,
+    nearest,
+    session,
+    set_sizes,
+)
 from .strip import Strip, lay_strips, part_inside, slack_of
 
 Array = NDArray[np.float64]
@@ -52,6 +65,7 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
     """
     if body.half:
         raise MeshError("half = true: a crack band runs along the middle of the body; expected the whole body")
+    check_sizes(body, sizes)
     opened, strips = lay_strips(body, width)
     free, on_end = _sorted_nodes(opened, strips, width)
     with session() as gmsh:

@@ -85,6 +85,29 @@ class Body:
     half: bool = False
 
 
+#: more elements along a crack, or in a body, than any of these cases needs or this machine holds
+_MOST_ALONG, _MOST_IN_ALL = 1e5, 2e7
+
+
+def check_sizes(body: Body, sizes: MeshSizes) -> None:
+    """Refuse what gmsh has no word for: lines without length, and element sizes that would fill the memory; MeshError."""
+    path_length("notch", body.slits)
+    corners = np.asarray(body.outline, dtype=float)
+    x, y = corners.T
+    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    along = path_length("crack", body.crack) / sizes.crack_size
+    if along > _MOST_ALONG:
+        raise MeshError(
+            f"mesh.crack_size = {sizes.crack_size:g}: {along:.2g} elements along the crack; expected at least "
+            f"{along * sizes.crack_size / _MOST_ALONG:.2g} mm"
+        )
+    if (in_all := area / sizes.far_size**2) > _MOST_IN_ALL:
+        raise MeshError(
+            f"mesh.far_size = {sizes.far_size:g}: {in_all:.2g} elements in the body; expected at least "
+            f"{(area / _MOST_IN_ALL) ** 0.5:.2g} mm"
+        )
+
+
 def load_gmsh() -> ModuleType:
     """The gmsh module, or a MeshError with the install command where its system libraries are missing."""
     try:
@@ -168,7 +191,7 @@ def mesh_body(body: Body, sizes: MeshSizes) -> meshio.Mesh:
 
 def _mesh_face(body: Body, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
     """The uncut mesh with its point sets; element edges follow the slits, and the crack if `conforming`."""
-    path_length("crack", body.crack), path_length("notch", body.slits)  # gmsh has no word for a line without length
+    check_sizes(body, sizes)
     with session() as gmsh:
         occ = gmsh.model.occ
         face = add_face(gmsh, body.outline)
