@@ -14,8 +14,8 @@ from cohesive.scene import built_in
 from meshing import MeshError
 
 VALUES: list[Any] = [
-    -1, 0, 0.0, -1.0, 1e-30, 1e-9, 1e30, 1e308, 10**40, 10**400, math.nan, math.inf, -math.inf, "abc", "", "h", True, False, None,
-    [], [1, 2], [[0, 0]], [[0, 0], [1, 1]], [math.nan], {}, {"a": 1}, 3, 0.5, 100.0, -0.1,
+    -1, 0, 0.0, -1.0, 1e-30, 1e-9, 1e30, 1e308, 10**40, 10**400, math.nan, math.inf, -math.inf, "abc", "", "h", True, False,
+    None, [], [1, 2], [[0, 0]], [[0, 0], [1, 1]], [math.nan], {}, {"a": 1}, 3, 0.5, 100.0, -0.1,
 ]  # fmt: skip
 #: so that all keys of these tables are there to be damaged
 TABLES: dict[str, dict[str, Any]] = {
