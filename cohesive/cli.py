@@ -99,8 +99,10 @@ def _run(options: argparse.Namespace) -> int:
                 raise
             result = partial_result
             status = _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
-    print(result.summary())
-    result.save(folder)
+    try:
+        result.save(folder)
+    finally:  # the numbers are there, whatever became of the files
+        print(result.summary())
     print(f"files: {folder}/  (curve.png, deformed.png, history.csv, frames.pvd, run.json, scene.toml)")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
@@ -122,8 +124,10 @@ def _compare(options: argparse.Namespace) -> int:
             note = f"{partial_result.scene.model.kind}: {partial_result.notes[-1]}"
             print(f"cohesive: {note}; everything up to there is in {folder}/", file=sys.stderr)
             return _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
-    print(comparison.summary())
-    comparison.save(folder)
+    try:
+        comparison.save(folder)
+    finally:
+        print(comparison.summary())
     print(f"files: {folder}/  (comparison.png, comparison.csv, and the files of both runs in discrete/ and smeared/)")
     return _STOPPED if any(": stopped: " in note for note in comparison.notes) else 0
 
