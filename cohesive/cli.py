@@ -1,4 +1,4 @@
-"""The command line: `cohesive run`, `cohesive compare`, `cohesive law`, `cohesive scenes`."""
+"""The command line: `cohesive run`, `cohesive compare`, `cohesive trade`, `cohesive law`, `cohesive scenes`."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from .loading import Step
 from .result import Result, make_folder, write_file
 from .scene import Scene, SceneError, built_in
 from .simulation import run
+from .trade import Trial, trade
 
 #: a run that stopped before its end, bad input, interrupted by the user
 _STOPPED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
@@ -70,6 +71,16 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in band.width=0.5")
     p.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
     p.set_defaults(command=_compare)
+
+    p = commands.add_parser(
+        "trade",
+        help="measure accuracy against cost",
+        description="Turn the knobs of a scene one at a time, then those that pay together: error against CPU time.",
+    )
+    p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
+    p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the scene's name and -trade)")
+    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in model.kind=smeared")
+    p.set_defaults(command=_trade)
 
     p = commands.add_parser("law", help="draw and tabulate the law at a point")
     p.add_argument("--preset", default="crack-plane", help=f"material: {', '.join(PRESETS)} (default: crack-plane)")
@@ -130,6 +141,29 @@ def _compare(options: argparse.Namespace) -> int:
         print(comparison.summary())
     print(f"files: {folder}/  (comparison.png, comparison.csv, and the files of both runs in discrete/ and smeared/)")
     return _STOPPED if any(": stopped: " in note for note in comparison.notes) else 0
+
+
+def _trade(options: argparse.Namespace) -> int:
+    scene = Scene.load(options.scene).with_(**_assignments(options.set))
+    folder = Path(options.output or f"{Path(options.scene).stem}-trade")
+    make_folder(folder)
+    with tqdm(unit="run", disable=not sys.stderr.isatty(), leave=False) as bar:
+
+        def on_trial(trial: Trial) -> None:
+            bar.update()
+            bar.set_postfix_str(trial.label)
+
+        try:
+            found = trade(scene, on_trial=on_trial)
+        except NotConverged as error:
+            print(f"cohesive: the reference did not converge: {error}", file=sys.stderr)
+            return _STOPPED
+    try:
+        found.save(folder)
+    finally:
+        print(found.summary())
+    print(f"files: {folder}/  (trade.csv, trade.png, trade.txt)")
+    return 0
 
 
 def _reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]], None]:

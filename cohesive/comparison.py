@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from meshing.cracks import Line
 
+from .curves import Pair, curve_of
 from .linear import NotConverged
 from .loading import Step
 from .result import Result, make_folder, write_file, write_text
@@ -45,20 +46,10 @@ class Comparison:
     def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
         results = {"discrete": discrete, "smeared": smeared}
-        self.by_platen = discrete.drives_both_ways
-        travelled = [r.platen_path for r in results.values()] if self.by_platen else _travelled(list(results.values()))
-        self._travelled = dict(zip(MODELS, travelled, strict=True))
-        self._end = float(min(s[-1] for s in self._travelled.values()))
-        curves = {name: self._curve(name) for name in MODELS}
-        if self.by_platen:
-            energy = {
-                name: float(np.interp(self._end, s, results[name].history["work"])) for name, s in self._travelled.items()
-            }
-        else:
-            energy = {name: float(np.trapezoid(load, opening)) for name, (_, opening, load) in curves.items()}
-        under = {name: float(np.trapezoid(abs(load), s)) for name, (s, _, load) in curves.items()}
-        s, gap = self.difference()
-        between = float(np.trapezoid(abs(gap), s))
+        pair = self._pair = Pair.of(curve_of(discrete), curve_of(smeared))
+        energy = {name: pair.energy(i) for i, name in enumerate(MODELS)}
+        under = {name: pair.under(i) for i, name in enumerate(MODELS)}
+        between = pair.between()
         self.table: dict[str, dict[str, float]] = {
             "peak": _row({name: result.peak_load for name, result in results.items()}),
             "opening_at_peak": _row({name: result.opening_at_peak for name, result in results.items()}),
@@ -69,20 +60,14 @@ class Comparison:
             "seconds": _row({name: result.solution_time for name, result in results.items()}),
         }
 
-    def _curve(self, model: str) -> tuple[Array, Array, Array]:
-        """Opening travelled, opening and load from the unloaded state to the common end."""
-        s, history = np.r_[0.0, self._travelled[model]], getattr(self, model).history
-        keep = np.r_[s[s < self._end], self._end]
-        return keep, *(np.interp(keep, s, np.r_[0.0, history[name]]) for name in ("opening", "load"))
-
     def difference(self) -> tuple[Array, Array]:
-        """Load of the smeared run less that of the discrete one (N) over the opening (mm) that both have travelled."""
-        curves = [self._curve(name) for name in MODELS]
-        s = np.union1d(curves[0][0], curves[1][0])
-        gap = np.interp(s, *curves[1][::2]) - np.interp(s, *curves[0][::2])
-        cross = np.flatnonzero(gap[1:] * gap[:-1] < 0)  # where the curves cross, the difference has a corner at 0
-        root = s[cross] + (s[cross + 1] - s[cross]) * gap[cross] / (gap[cross] - gap[cross + 1])
-        return np.insert(s, cross + 1, root), np.insert(gap, cross + 1, 0.0)
+        """Load of the smeared run less that of the discrete one (N) over what both have travelled (mm), see `travelled`."""
+        return self._pair.difference()
+
+    @property
+    def by_platen(self) -> bool:
+        """Whether the curves are drawn over the way of a platen that moves in two directions."""
+        return self._pair.curves[0].platen is not None
 
     @property
     def travelled(self) -> str:
@@ -96,15 +81,27 @@ class Comparison:
         """Opening (mm) over the position along the crack path (mm) at three stages: the peak, half the peak load
         after it (or halfway to the end), and the end; fewer, where they coincide. A pair (title, {model: (position,
         opening)}) for each."""
-        s, opening, load = self._curve("discrete")
+        s, opening, load = self._pair.upto_end(0)
         peak = int(load.argmax())
         fallen = np.flatnonzero(load[peak:] <= 0.5 * load[peak])
-        middle = s[peak + fallen[0]] if fallen.size and s[peak + fallen[0]] < 0.9 * self._end else 0.5 * (s[peak] + self._end)
+        middle = (
+            s[peak + fallen[0]]
+            if fallen.size and s[peak + fallen[0]] < 0.9 * self._pair.end
+            else 0.5 * (s[peak] + self._pair.end)
+        )
         found = []
-        stages = [float(s[peak]), float(middle), self._end]
-        for at in (a for i, a in enumerate(stages) if all(abs(a - b) > 0.01 * self._end for b in stages[:i])):
+        stages = [float(s[peak]), float(middle), self._pair.end]
+        for at in (a for i, a in enumerate(stages) if all(abs(a - b) > 0.01 * self._pair.end for b in stages[:i])):
             title = f"opening {np.interp(at, s, opening):.3g} mm"
-            found.append((title, {name: _profile(getattr(self, name), self._travelled[name], at) for name in MODELS}))
+            found.append(
+                (
+                    title,
+                    {
+                        name: _profile(getattr(self, name), s[1:], at)
+                        for name, s in zip(MODELS, self._pair.travelled, strict=True)
+                    },
+                )
+            )
         return found
 
     def summary(self) -> str:
@@ -116,7 +113,9 @@ class Comparison:
             values = "".join(f"{row[model]:12.5g}" for model in MODELS)
             lines.append(f"{label:24s}{values}{100 * row['relative_difference']:+11.2f}%")
         lines[5] = lines[5].replace("+", " ")  # a distance has no sign
-        lines.append(f"up to the end that both runs reach, {self._end:.4g} mm of {self.travelled}: energy and curve distance")
+        lines.append(
+            f"up to the end that both runs reach, {self._pair.end:.4g} mm of {self.travelled}: energy and curve distance"
+        )
         return "\n".join(lines + self.notes)
 
     def plot(self) -> Figure:
@@ -202,31 +201,6 @@ def _row(values: dict[str, float]) -> dict[str, float]:
 
 def _ratio(value: float, over: float) -> float:
     return value / over if over else 0.0
-
-
-def _travelled(results: Sequence[Result]) -> list[Array]:
-    """Opening travelled, forth and back, by the rows of each run: the common parameter of their curves.
-
-    Where both runs turn equally often, what they travel between two turns is counted as the mean of both, so that a
-    run that closes a little further does not fall behind the other.
-    """
-    openings = [np.r_[0.0, result.history["opening"]] for result in results]
-    turns = []
-    for opening in openings:
-        moves = np.sign(np.diff(opening))
-        rows = np.flatnonzero(moves)
-        turns.append(np.r_[0, rows[1:][moves[rows[1:]] != moves[rows[:-1]]], len(opening) - 1])
-    travelled = [np.r_[0.0, np.cumsum(abs(np.diff(opening)))] for opening in openings]
-    if len(turns[0]) != len(turns[1]) or len(turns[0]) == 2:
-        return [s[1:] for s in travelled]
-    at_turns = np.mean([s[turn] for s, turn in zip(travelled, turns, strict=True)], axis=0)
-    scaled = []
-    for s, turn in zip(travelled, turns, strict=True):
-        common = np.interp(s, s[turn], at_turns)
-        last = s > s[turn[-2]]  # one run may end before the other
-        common[last] = at_turns[-2] + s[last] - s[turn[-2]]
-        scaled.append(common[1:])
-    return scaled
 
 
 def _profile(result: Result, s: Array, travelled: float) -> tuple[Array, Array]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .comparison import Comparison
     from .reference import Reference
     from .result import Result
+    from .trade import Trade
 
 Array = NDArray[np.float64]
 
@@ -87,6 +88,32 @@ def comparison_figure(comparison: Comparison) -> Figure:
     side.set(xlabel="position along the crack path (mm)", ylabel="crack opening: jump, or $l_{ch}$ x fracture strain (mm)")
     side.legend(frameon=False)
     figure.suptitle(comparison.discrete.scene.title)
+    return figure
+
+
+def trade_figure(trade: Trade) -> Figure:
+    """Error over CPU time of every setting, both logarithmic, numbered as in the list beside it; the line joins those
+    that none beats in both."""
+    figure = new_figure(11.0, 6.0)
+    axes, side = figure.subplots(1, 2, width_ratios=[2.0, 1.0])
+    front, floor = trade.front(), 1e-5
+    trials = [(trial, trial.cost) for trial in trade.trials if trial.cost is not None]
+    trials.sort(key=lambda entry: -entry[0].error)
+    side.axis("off")
+    for i, (trial, cost) in enumerate(trials):
+        colour = "C3" if trial in front else "0.35"
+        x, y = cost.cpu, max(trial.error, floor)
+        axes.loglog(x, y, "o", color=colour, markersize=4)
+        axes.annotate(str(i + 1), (x, y), textcoords="offset points", xytext=(4, 3), fontsize=7, color=colour)
+        line = 1.0 - (i + 0.5) / max(len(trials), 24)
+        label = trial.label if len(trial.label) < 60 else trial.label[:57] + "..."
+        side.text(0.0, line, f"{i + 1:2d}", fontsize=8, color=colour, va="center", transform=side.transAxes)
+        side.text(0.08, line, label, fontsize=8, color=colour, va="center", transform=side.transAxes)
+    steps = [(trial.cost.cpu, max(trial.error, floor)) for trial in front if trial.cost is not None]
+    axes.loglog(*zip(*steps, strict=True), color="C3", linewidth=0.8, label="none is better in both")
+    axes.axhline(trade.own_error, color="0.6", linestyle=":", label="error of the reference itself")
+    axes.set(xlabel="CPU time (s)", ylabel="largest relative error in peak, energy and curve", title=trade.scene.title)
+    axes.legend(frameon=False, loc="upper right")
     return figure
 
 
