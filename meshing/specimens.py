@@ -147,7 +147,8 @@ class NotchedTension(Specimen):
     notches : "double" (from both edges) or "single" (from the left edge).
     notch_width : 0 for slits without width.
     gauge : length over which the opening is measured, mean of both edges; 0: mean jump over the crack.
-    platens : "fixed" (they do not turn) or "hinged" (each turns about the centre of its face).
+    platens : "fixed" (they do not turn) or "hinged" (each turns about the centre of its face). Between hinged platens the
+        even opening of a symmetric plate is an unstable equilibrium, from which only a path that is not symmetric departs.
     crack : polyline (or list of polylines) of the crack; default: straight through the ligament.
     """
 
@@ -231,7 +232,7 @@ class MixedModePlate(NotchedTension):
     """A plate with deep notches from both edges whose top platen moves along and across it.
 
     As `NotchedTension`, but the gauge points lie at the notch tips, and stages may give the direction of the platen:
-    Jefferson and Mihai (2015), Example 3.
+    Jefferson and Mihai (2015), Example 3. Between hinged platens no shear force is in equilibrium.
     """
 
     is_symmetric = False
