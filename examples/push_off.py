@@ -125,18 +125,23 @@ def _draw(runs: dict[tuple[str, float], Sheared], restraints: Sequence[float], p
         beyond = discrete.sliding >= SHOWN[0]
         label = f"bars of {k / 1e5:g} x 10$^5$ N/mm"
         right.plot(discrete.sliding[beyond], discrete.shear[beyond] / shear[beyond], color=colour, label=label)
-    for style, label in (("k-", "discrete"), ("k.", "smeared"), ("k:", "Walraven's fit at the discrete run's w, d")):
-        left.plot([], [], style, label=label)
-    top = 1.3 * max(float(walraven(run_.opening, run_.sliding)[0].max()) for run_ in runs.values())
-    left.set(xlabel="sliding (mm)", ylabel="mean shear stress (MPa)", title="shear (colours: see right)", ylim=(None, top))
-    middle.set(xlabel="opening (mm)", ylabel="mean normal stress (MPa)", title="normal")
+    for style, label in (
+        ("k-", "discrete"),
+        ("k.", "smeared"),
+        ("k:", "Walraven's fit at the discrete run's opening and sliding"),
+    ):
+        right.plot([], [], style, label=label)
+    # the limits of the paper's Figure 24
+    left.set(
+        xlabel="sliding (mm)", ylabel="mean shear stress (MPa)", title="shear (colours: see right)", xlim=(0, 2.5), ylim=(0, 6)
+    )
+    middle.set(xlabel="opening (mm)", ylabel="mean normal stress (MPa)", title="normal", xlim=(0, 1.4), ylim=(-5, 0.1))
     right.set(
         xlabel="sliding (mm)", ylabel="shear stress over Walraven's fit", title="discrete against the fit", ylim=(0.0, 1.0)
     )
     left.axhline(0.0, color="0.5", linewidth=0.6)
     middle.axhline(0.0, color="0.5", linewidth=0.6)
-    left.legend(frameon=False, fontsize=8, loc="upper left")
-    right.legend(frameon=False, fontsize=8)
+    right.legend(frameon=False, fontsize=8, loc="upper right")
     save(figure, path)
 
 

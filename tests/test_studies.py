@@ -13,6 +13,10 @@ from examples import as_printed, closure_overshoot, contact_smoothing, jacobsen,
 
 def test_reinhardt_reverses_at_the_lower_stress_and_meets_the_envelope(tmp_path: Path) -> None:
     numbers = reinhardt.main(size=5.0, turns=(0.03,), plot=tmp_path / "a.png")
+    for model in ("discrete", "smeared"):
+        assert abs(numbers[f"{model}: Gf of the envelope off"]) < 0.02  # the body's own energy has come back by then
+        assert numbers[f"{model}: cuts"] == 0
+    assert numbers["models apart"] < 0.02
     for model, name in reinhardt.CYCLIC:
         assert numbers[f"{model}, {name}: reversals"] == 1  # one for each turn
         assert (
