@@ -73,7 +73,7 @@ class Comparison:
     def travelled(self) -> str:
         """What the curves are drawn over."""
         if self.by_platen:
-            return "motion of the platen"
+            return "way of the platen, there and back"
         there_and_back = bool((np.diff(self.discrete.history["opening"]) < 0).any())
         return "opening travelled, forth and back" if there_and_back else "opening"
 

@@ -21,6 +21,9 @@ WATCHED = (
     "contact_work", "load_ratio",
 )  # fmt: skip
 
+#: what `unload` may go back to
+UNLOADED = ("load", "opening", "sliding", "driven", "stress_n", "stress_s")
+
 DEFAULT_STEPS = 50
 #: a step is cut down to this part of the nominal one before the crack is taken to snap
 SMALLEST_STEP = 2.0**-10
@@ -46,15 +49,18 @@ class Stage:
     until : {quantity = value}: end the stage where a recorded quantity passes a value, located within 0.1 %.
         Quantities: the columns of the history, and "load_ratio", the load over the largest one so far.
     unload : {quantity = value}: after each target go back, until a quantity passes a value, before the next target:
-        to = [0.02, 0.04], unload = {stress_n = -3.0} opens, closes to -3 MPa, opens further, closes again.
+        to = [0.02, 0.04], unload = {stress_n = -3.0} opens, closes to -3 MPa, opens further, closes again. Its steps are
+        those of a way back to 0. Quantities: load, opening, sliding, driven, stress_n, stress_s; unloading ends where
+        the quantity moves away from its value.
 
     Where a specimen's platen moves both ways (these three hold until another stage gives one of them):
 
     angle : of its motion from the normal of its face, degrees: 0 pulls it away, 90 shears it. The load and `driven` are
         those along this direction, `driven` counted from the unloaded place.
-    ratio : instead of the angle, the part of normal motion on one part of shear.
-    hold : whether the platen is held across this direction (default), or moves freely but for the specimen's springs,
-        which are unstressed where the first stage with hold = false begins.
+    ratio : instead of the angle, the part of normal motion on one part of shear; negative: pushed together while sheared.
+    hold : whether the platen is held across this direction (default): the platen, not the opening of the gauge. With
+        false it moves freely but for the specimen's springs, which take over the force that holds it where the first such
+        stage begins, and act from then on.
     """
 
     control: str
@@ -81,8 +87,8 @@ class Stage:
         for one, other in (("steps", "step"), ("angle", "ratio")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ValueError(f"{one} = {getattr(self, one)}, {other} = {getattr(self, other)}: expected one of the two")
-        for name in ("until", "unload"):
-            _check_event(name, getattr(self, name))
+        _check_event("until", self.until, WATCHED)
+        _check_event("unload", self.unload, UNLOADED)
         if self.unload is not None and self.control == "dissipation":
             raise ValueError(f"unload = {self.unload!r}: dissipation cannot fall; expected another control")
 
@@ -101,14 +107,14 @@ class Stage:
         return list(self.to) if isinstance(self.to, (list, tuple)) else [self.to]
 
 
-def _check_event(key: str, event: Any) -> None:
+def _check_event(key: str, event: Any, names: tuple[str, ...]) -> None:
     if event is None:
         return
     if not isinstance(event, dict) or len(event) != 1:
         raise ValueError(f"{key} = {event!r}: expected one quantity and its value, like {{load = -3000.0}}")
     ((name, value),) = event.items()
-    if name not in WATCHED or not _is_number(value):
-        raise ValueError(f"{key} = {event!r}: expected a number for one of {', '.join(WATCHED)}")
+    if name not in names or not _is_number(value):
+        raise ValueError(f"{key} = {event!r}: expected a number for one of {', '.join(names)}")
 
 
 def _is_number(value: object) -> bool:
@@ -132,6 +138,7 @@ class Step:
     cuts: int
     control: str
     value: float
+    stage: int  # the first is 1
 
 
 @dataclass
@@ -147,37 +154,61 @@ class March:
     stages: list[Stage]
     record: Callable[[State], dict[str, float]]
     notes: list[str] = field(default_factory=list)
-    _peak: float = field(default=1e-300, init=False)  # largest load so far
+    _peak: float = field(default=0.0, init=False)  # largest load so far
+    _largest: float = field(default=1e-300, init=False)  # and largest of either sign
+    _slack: float = field(default=0.0, init=False)  # by which the last step may have missed its target
     _reached: bool = field(default=False, init=False)  # whether the stage's `until` has been reached
 
     def __iter__(self) -> Iterator[Step]:
         state = self.problem.initial()
         before = state
-        angle, hold, rest = 0.0, True, None
+        angle, hold = 0.0, True
         for number, stage in enumerate(self.stages):
             if stage.direction is not None or stage.hold is not None:
                 angle = angle if stage.direction is None else stage.direction
                 hold = hold if stage.hold is None else stage.hold
-                if not hold and rest is None:
-                    rest = float(state.v[self.problem.drives[0]])
-                self.problem = self.problem.driven(angle, hold, rest)
+                self.problem = self.problem.driven(angle, hold)
+                if not hold and self.problem.rest is None:
+                    self._let_go(state, number)
                 before = state = self.problem.at_rest(state)
             for target, event in self._legs(stage):
                 self._reached = False
                 for step in self._leg(before, state, stage, number, target, event):
                     before, state = state, step.trial.state
-                    self._peak = max(self._peak, abs(state.load))
+                    self._peak = max(self._peak, state.load)
+                    self._largest = max(self._largest, abs(state.load))
                     yield step
-                    if self.problem.is_separated(state):
+                    if self.problem.is_separated(state) and not self._returns(number, target):
                         self.notes.append("ended early: the crack has run through, no traction is left")
                         return
-                if event is stage.unload and event is not None and not self._reached:
-                    self.notes.append(f"stage {number + 1}: unloading did not reach {_text(event)}")
                 if event is stage.until and self._reached:
                     break
             if stage.until is not None:
                 reached = "ended where" if self._reached else "reached its last target before"
                 self.notes.append(f"stage {number + 1} {reached} {_text(stage.until)}")
+
+    def _let_go(self, state: State, number: int) -> None:
+        """Put the springs in place of the force across the drive, or say that it is dropped."""
+        self.problem = self.problem.sprung(state)
+        if not self.problem.spring:
+            angle_across = self.problem.direction[::-1] * np.array([1.0, -1.0])
+            force = self.problem.stiffness.apply(state.v) + self.problem.points.force(state.points.stress)
+            across = float(angle_across @ force[self.problem.drives])
+            if abs(across) > 1e-6 * self.problem.full_strength:
+                self.notes.append(
+                    f"stage {number + 1}: lets go of {across:.4g} N across its drive in one step; what that sets free shows "
+                    "as an error of the energy balance"
+                )
+
+    def _returns(self, number: int, target: float) -> bool:
+        """Whether a separated crack is closed again, or slid, by what is still to come."""
+        if len(self.problem.drives) == 2:
+            return True  # both parts are held by a platen
+        stage = self.stages[number]
+        later = stage.targets[stage.targets.index(target) + 1 :] if target in stage.targets else stage.targets
+        if stage.unload is not None or any(value < target for value in later):
+            return True
+        return any(other.control != stage.control or min(other.targets) < target for other in self.stages[number + 1 :])
 
     @staticmethod
     def _legs(stage: Stage) -> Iterator[tuple[float, Any]]:
@@ -185,23 +216,27 @@ class March:
         for target in stage.targets:
             yield float(target), stage.until
             if stage.unload is not None:
-                yield -float(target), stage.unload
+                yield -np.inf if target > 0 else np.inf, stage.unload
 
     def _leg(self, before: State, state: State, stage: Stage, number: int, target: float, event: Any) -> Iterator[Step]:
         """Steps of a stage towards one target; `before` is the state before the last step."""
         problem, control = self.problem, stage.control
         start = problem.measure(control, state)
-        # unloading ends at its event, far from its target, and its steps are those of a way back to 0
-        distance = abs(start) if event is stage.unload and event is not None else abs(target - start)
+        unloading = event is stage.unload and event is not None
+        # unloading ends at its event, and its steps are those of a way back to 0
+        distance = abs(start) if unloading else abs(target - start)
+        if distance <= self._slack + 1e-12 * abs(start):
+            return
         count = stage.count(distance)
         nominal = distance / count
+        self._slack = 2.0 * max(1e-9, problem.tol) * nominal
         direction = float(np.sign(target - start))
         reversal = direction * (start - problem.measure(control, before)) < 0
         reversal |= control == "load" and state.load * direction < 0
         size = nominal * (REVERSAL_STEP if reversal and count * REVERSAL_STEP >= 1.0 else 1.0)
         value, cuts = start, 0
         # a converged step may miss its target by the tolerance, and dissipation must not be driven back
-        while direction * (target - value) > max(1e-9, 2.0 * problem.tol) * nominal:
+        while direction * (target - value) > self._slack:
             left, snapped = abs(target - value), False
             size = left if left < 1.001 * size else size
             try:
@@ -217,8 +252,9 @@ class March:
                         raise error
                     trial = settle(problem, state, control, value + direction * snap, nominal)
                 except NotConverged:
+                    towards = f"towards {target:.6g}" if np.isfinite(target) else "back"
                     raise NotConverged(
-                        f"stage {number + 1}: the step from {control} = {value:.6g} towards {target:.6g} failed down to "
+                        f"stage {number + 1}: the step from {control} = {value:.6g} {towards} failed down to "
                         f"{size:.1e}: {error}. {_ADVICE.get(control, _SNAP)}"
                     ) from error
                 size, snapped = snap, True
@@ -226,16 +262,21 @@ class March:
             if event is not None:
                 fraction, reached = self._watch(event, state, trial.state)
                 if not reached and fraction < 1.0:
-                    if not snapped:
+                    if not snapped and size * fraction > SMALLEST_STEP**2 * nominal:
                         size *= fraction
                         continue
-                    reached = True  # within a snap there is no equilibrium at which to stop
+                    reached = True  # within a snap, or a step that small, there is no equilibrium at which to stop
+                if unloading and not reached and self._departs(event, state, trial.state):
+                    self.notes.append(
+                        f"stage {number + 1}: unloading from {control} = {start:.4g} leads away from {_text(event)}"
+                    )
+                    return
             if snapped:
                 free = self._balance(trial.state) - self._balance(state)
                 self.notes.append(
                     f"stage {number + 1}: the crack snaps at {control} = {value:.5g}, which sets {free:.3g} N mm free"
                 )
-            yield Step(trial, cuts, control, problem.measure(control, trial.state))
+            yield Step(trial, cuts, control, problem.measure(control, trial.state), number + 1)
             state, reversal, cuts = trial.state, False, 0
             value = problem.measure(control, state)
             if reached:
@@ -254,11 +295,19 @@ class March:
         """Work that no energy accounts for, N mm."""
         return state.work - state.elastic - state.stored - state.dissipated - state.contact_work
 
+    def _departs(self, event: dict[str, float], before: State, after: State) -> bool:
+        """Whether a quantity moves away from its value."""
+        ((name, value),) = event.items()
+        old, new = self.record(before)[name], self.record(after)[name]
+        return abs(new - value) > abs(old - value)
+
     def _watch(self, until: dict[str, float], before: State, after: State) -> tuple[float, bool]:
         """Fraction of the step at which the quantity passes its value (1: not in it), and whether that is located."""
         ((name, value),) = until.items()
-        if name == "load_ratio":
-            old, new = abs(before.load) / self._peak, abs(after.load) / max(self._peak, abs(after.load))
+        if name == "load_ratio" and self._peak > 0:
+            old, new = before.load / self._peak, after.load / max(self._peak, after.load)
+        elif name == "load_ratio":  # pushed from the beginning
+            old, new = abs(before.load) / self._largest, abs(after.load) / max(self._largest, abs(after.load))
         else:
             old, new = self.record(before)[name], self.record(after)[name]
         if old == value or (old - value) * (new - value) > 0 or (name == "load_ratio" and new > value):

@@ -14,10 +14,11 @@ from meshing.cracks import path_length
 
 from .concrete import Concrete
 from .continuum import ElasticBlock
-from .crackband import BandState, CrackBand, stress_transformation
+from .crackband import BandState, CrackBand
 from .crackplane import CrackPlane
 from .interface import Interface, InterfaceLaw
 from .options import UserMesh
+from .planes import stress_transformation
 from .pointlaw import PointLaw
 from .problem import Problem, State
 from .scene import Scene, SceneError

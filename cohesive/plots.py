@@ -34,7 +34,7 @@ def save_curve(result: Result, path: Path) -> None:
     if not result.drives_both_ways:
         _draw_reference(axes, result.reference)
     axes.plot(x, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
-    peak = int(load.argmax())
+    peak = int(np.nanargmax(load))
     axes.plot(x[peak], load[peak], "o", color="C3", markersize=4, label=f"peak {load[peak]:.4g} N")
     axes.axhline(0.0, color="0.5", linewidth=0.6)
     axes.set(xlabel=f"{label} (mm)", ylabel="load (N)", title=result.scene.title)
@@ -44,11 +44,15 @@ def save_curve(result: Result, path: Path) -> None:
 
 def _abscissa(result: Result) -> tuple[str, Array, Array]:
     """What the load is drawn over, and both from the unloaded state: the opening; for a platen that moves both ways its
-    motion, along which its load acts."""
+    way, along which its load acts, broken where a stage turns it."""
     load = np.r_[0.0, result.history["load"]]
-    if result.drives_both_ways:
-        return "motion of the platen", np.r_[0.0, result.platen_path], load
-    return "opening", np.r_[0.0, result.history["opening"]], load
+    if not result.drives_both_ways:
+        return "opening", np.r_[0.0, result.history["opening"]], load
+    stage = result.history["stage"].astype(int)
+    begins = np.flatnonzero(np.diff(stage)) + 2  # in the arrays with the unloaded state
+    turned = [row for row in begins if result.scene.stages[stage[row - 1] - 1].direction is not None]
+    way = np.r_[0.0, result.platen_path]
+    return "way of the platen, there and back", np.insert(way, turned, way[turned]), np.insert(load, turned, np.nan)
 
 
 def _draw_reference(axes: Axes, reference: Reference | None) -> None:

@@ -53,6 +53,7 @@ class Problem:
     hold : whether the drives are held across the direction
     spring : stiffness that resists the first drive, N/mm
     rest : motion of the first drive at which the spring is unstressed, mm; None: it does not act yet
+    taken : motion of the first drive at which the spring took over the force there was, mm
     """
 
     law: PointLaw
@@ -66,18 +67,26 @@ class Problem:
     hold: bool = True
     spring: float = 0.0
     rest: float | None = None
+    taken: float = 0.0
 
     @property
     def full_strength(self) -> float:
         """ft times the crack area, N."""
         return self.law.concrete.ft * self.area
 
-    def driven(self, angle: float, hold: bool = True, rest: float | None = None) -> Problem:
+    def driven(self, angle: float, hold: bool = True) -> Problem:
         """The same body driven at an angle (degrees) between its two drives: 0 the first, 90 the second."""
         t = np.radians(angle)
         direction = np.array([np.cos(t), np.sin(t)])
         direction[abs(direction) < 1e-15] = 0.0
-        return replace(self, direction=direction, hold=hold, rest=rest)
+        return replace(self, direction=direction, hold=hold)
+
+    def sprung(self, state: State) -> Problem:
+        """The same body with its spring in place of the force that holds the first drive in this state."""
+        first = self.drives[0]
+        force = float((self.stiffness.apply(state.v) + self.points.force(state.points.stress))[first])
+        place = float(state.v[first])
+        return replace(self, rest=place + force / self.spring if self.spring else place, taken=place)
 
     @cached_property
     def drive(self) -> Array:
@@ -105,8 +114,10 @@ class Problem:
 
     def elastic_energy(self, v: Array) -> float:
         """Of the bulk and the spring, N mm."""
-        stretch = 0.0 if self.rest is None else float(v[self.drives[0]]) - self.rest
-        return 0.5 * float(v @ self.stiffness.apply(v)) + 0.5 * self.spring * stretch**2
+        energy = 0.5 * float(v @ self.stiffness.apply(v))
+        if self.rest is not None:  # what it holds beyond the energy it was put in with
+            energy += 0.5 * self.spring * ((float(v[self.drives[0]]) - self.rest) ** 2 - (self.taken - self.rest) ** 2)
+        return energy
 
     def entries(self, tangent: Array) -> Entries:
         """Tangent stiffness of the points with tangents (p, c, c), and of the spring."""

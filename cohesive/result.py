@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 COLUMNS = (
     "step", "load", "opening", "sliding", "driven", "stress_n", "stress_s", "work", "elastic", "stored", "dissipated",
-    "contact_work", "iterations", "cuts", "residual", "wall_time",
+    "contact_work", "iterations", "cuts", "residual", "wall_time", "stage",
 )  # fmt: skip
 
 

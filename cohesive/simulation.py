@@ -186,6 +186,7 @@ def run(
                     "cuts": step.cuts,
                     "residual": step.trial.residuals[-1],
                     "wall_time": time.perf_counter() - clock,
+                    "stage": step.stage,
                 }
                 rows.append(row)
                 states.append(step.trial.state)
@@ -252,6 +253,8 @@ def _check_stages(scene: Scene, problem: Problem, width: float) -> None:
     first = scene.stages[0]
     if first.targets[0] == 0:
         raise SceneError("stage.0.to = 0: the run starts there; expected another first target")
+    if len(problem.drives) == 2:
+        problem = problem.driven(first.direction or 0.0, first.hold is not False)
     if first.control in problem.measures:
         elastic = problem.response(problem.law.elastic())
         row = problem.measures[first.control]

@@ -374,7 +374,7 @@ class PushOff(SandwichPanel):
     Parameters
     ----------
     width, height, thickness : of the block.
-    restraint : stiffness of the bars across the plane, N/mm; they act in stages with hold = false.
+    restraint : stiffness of the bars across the plane, N/mm; they act from the first stage with hold = false on.
     """
 
     restraint: float = 0.0

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
 from cohesive.continuum import elasticity
-from cohesive.crackband import BandState, CrackBand, longest_chord, stress_tensor, stress_transformation
+from cohesive.crackband import BandState, CrackBand
+from cohesive.planes import longest_chord, stress_tensor, stress_transformation
 from cohesive.pointlaw import PointFailure
 
 Array = NDArray[np.float64]

@@ -37,9 +37,69 @@ def test_unloading_after_each_target(model: str) -> None:
     assert first.max() < 0.3e-3
 
 
-def test_unloading_that_does_not_get_there_is_said() -> None:
-    result = run(block(stage=[{"control": "opening", "to": [0.02], "steps": 10, "unload": {"stress_n": -3e4}}]))
-    assert any("unloading did not reach stress_n = -30000" in note for note in result.notes)
+@pytest.mark.parametrize("unload", [{"opening": 0.03}, {"stress_n": 9.0}])
+def test_unloading_that_leads_away_ends_at_once(unload: dict[str, float]) -> None:
+    result = run(block(stage=[{"control": "opening", "to": [0.02], "steps": 10, "unload": unload}]))
+    assert any("leads away from" in note for note in result.notes)
+    assert result.history["opening"].min() >= 0.002 * (1 - 1e-9)  # it did not press the crack together
+
+
+def test_unloading_goes_as_deep_as_it_must() -> None:
+    """-10 MPa lies far beyond an opening of 0.004 mm mirrored at 0."""
+    result = run(block(stage=[{"control": "driven", "to": [0.004], "steps": 10, "unload": {"stress_n": -10.0}}]))
+    assert result.history["stress_n"][-1] == pytest.approx(-10.0, rel=1e-3)
+    assert result.history["driven"][-1] < -0.004
+
+
+def test_a_target_that_is_reached_already_takes_no_step() -> None:
+    stages = [{"control": "opening", "to": [0.02, 0.02], "steps": 10}, {"control": "opening", "to": 0.02, "steps": 20}]
+    assert len(run(block(stage=stages)).history["step"]) == 10
+    assert (
+        list(run(block(stage=[*stages, {"control": "opening", "to": 0.03, "steps": 2}])).history["stage"])
+        == [1] * 10 + [3] * 2
+    )
+
+
+def test_the_load_ratio_is_that_of_the_largest_pull() -> None:
+    """The compression of the cycle before, larger than the peak, does not count."""
+    stages = [
+        {"control": "opening", "to": 0.01, "steps": 20, "unload": {"stress_n": -10.0}},
+        {"control": "opening", "to": 0.1, "steps": 100, "until": {"load_ratio": 0.5}},
+    ]
+    result = run(block(stage=stages))
+    assert result.history["load"][-1] == pytest.approx(0.5 * result.peak_load, rel=2e-3)
+    assert result.history["opening"][-1] > 0.01
+
+
+def test_unloading_to_no_load_ends_though_the_load_is_rounding_noise() -> None:
+    """In a shear stage of a plate, free of load from its start on."""
+    stages = [
+        {"control": "opening", "to": 0.025, "steps": 10},
+        {"control": "driven", "angle": 90.0, "to": [0.05, 0.1], "steps": 5, "unload": {"load": 0.0}},
+    ]
+    result = run(plate(stage=stages))
+    assert abs(result.history["load"][-1]) < 1e-3 * result.history["load"].max()
+
+
+@pytest.mark.parametrize("model", ["discrete", "smeared"])
+def test_a_separated_plane_may_be_slid_and_closed_again(model: str) -> None:
+    scene = Scene.load("push-off").with_(
+        **{"mesh.crack_size": 50.0, "mesh.far_size": 60.0, "output.frames": 0}
+    ).with_(stage=[
+        {"control": "opening", "to": 0.2, "steps": 10},
+        {"control": "driven", "angle": 90.0, "hold": False, "to": [0.6, -0.6], "steps": 10},
+    ])  # fmt: skip
+    result = run(scene, model)
+    assert result.history["driven"][-1] == pytest.approx(-0.6) and not any("ended early" in note for note in result.notes)
+    assert result.history["load"][-1] < -0.3 * result.history["load"].max()  # aggregate interlock, the other way
+
+
+def test_the_first_stage_may_shear() -> None:
+    scene = Scene.load("sandwich-panel").with_(**{"mesh.crack_size": 100.0, "mesh.far_size": 100.0, "output.frames": 0})
+    result = run(scene.with_(stage=[{"control": "sliding", "angle": 90.0, "to": 0.001, "steps": 2}]))
+    assert result.history["sliding"][-1] == pytest.approx(0.001)
+    with pytest.raises(SceneError, match=r"stage.0.control = 'opening': the drive does not change it"):
+        run(scene.with_(stage=[{"control": "opening", "angle": 90.0, "to": 0.001, "steps": 2}]))
 
 
 def test_step_sizes() -> None:
@@ -55,7 +115,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "both": ({"steps": 5, "step": 0.1}, r"stage.0.steps = 5, step = 0.1: expected one of the two"),
     "no size": ({"step": 0.0}, r"stage.0.step = 0.0: expected a number above 0"),
     "angle and ratio": ({"angle": 45.0, "ratio": 1.0}, r"stage.0.angle = 45.0, ratio = 1.0: expected one of the two"),
-    "unload what": ({"unload": {"weight": 1.0}}, r"stage.0.unload = .*expected a number for one of load, "),
+    "unload what": ({"unload": {"weight": 1.0}}, r"stage.0.unload = .*expected a number for one of load, opening, "),
+    "unload never": ({"unload": {"dissipated": 1.0}}, r"stage.0.unload = .*expected a number for one of load, opening, "),
     "unload to where": ({"unload": -3.0}, r"stage.0.unload = -3.0: expected one quantity and its value"),
     "dissipation": ({"control": "dissipation", "to": 1.0, "unload": {"load": 0.0}}, r"stage.0.unload = .*cannot fall"),
 }
@@ -107,9 +168,10 @@ def test_a_platen_free_across_feels_its_spring_only(model: str) -> None:
     first = int(np.flatnonzero(sheared)[0]) + 1
     normal = np.array([state.v[result.problem.drives[0]] for state in result._states[first - 1 :]])
     area = 300.0 * 120.0
-    # the bars, unstressed at the end of the first stage, carry the mean normal traction of the plane
+    # the bars take over the force at the end of the first stage, and carry the mean normal traction of the plane
     tolerance = 1e-6 if model == "discrete" else 0.01
-    np.testing.assert_allclose(h["stress_n"][first:] * area, -1e5 * (normal[1:] - normal[0]), atol=tolerance * 2e5)
+    expected = h["load"][first - 1] - 1e5 * (normal[1:] - normal[0])
+    np.testing.assert_allclose(h["stress_n"][first:] * area, expected, atol=tolerance * 2e5)
     assert normal[-1] > normal[0] + 0.1  # it dilates
     assert result.energy_error < 1e-2
     stiff = run(scene.with_(**{"specimen.restraint": 1e6}), model)
