@@ -27,18 +27,27 @@ _CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad6": 4}
 
 
 def save_curve(result: Result, path: Path) -> None:
-    """Load against opening, over the measured band where there is one."""
-    figure = new_figure(6.4, 4.4)
-    axes = figure.add_subplot()
+    """Load against opening, over the measured band where there is one; for a platen that moves both ways also the mean
+    tractions on the crack against sliding and opening."""
+    both = result.drives_both_ways
+    figure = new_figure(11.0 if both else 6.4, 4.4)
+    axes, *others = figure.subplots(1, 3 if both else 1, squeeze=False)[0]
     label, x, load = _abscissa(result)
-    if not result.drives_both_ways:
+    if not both:
         _draw_reference(axes, result.reference)
     axes.plot(x, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
     peak = int(np.nanargmax(load))
     axes.plot(x[peak], load[peak], "o", color="C3", markersize=4, label=f"peak {load[peak]:.4g} N")
-    axes.axhline(0.0, color="0.5", linewidth=0.6)
-    axes.set(xlabel=f"{label} (mm)", ylabel="load (N)", title=result.scene.title)
+    axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)" if both else "load (N)")
     axes.legend(frameon=False)
+    for other, motion, stress, name in zip(
+        others, ("sliding", "opening"), ("stress_s", "stress_n"), ("shear", "normal"), strict=False
+    ):
+        other.plot(*(np.r_[0.0, result.history[key]] for key in (motion, stress)), color="C0")
+        other.set(xlabel=f"{motion} (mm)", ylabel=f"mean {name} traction on the crack (MPa)")
+    for each in (axes, *others):
+        each.axhline(0.0, color="0.5", linewidth=0.6)
+    figure.suptitle(result.scene.title)
     save(figure, path)
 
 
