@@ -12,7 +12,7 @@ import pytest
 
 from cohesive import Scene, SceneError
 from cohesive.cli import main
-from cohesive.trade import Cost, Trade, Trial, trade
+from cohesive.trade import Cost, Trade, Trial, _combined, trade
 
 CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
 
@@ -24,7 +24,8 @@ def pool() -> Iterator[Executor]:
         yield executor
 
 
-def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path) -> None:
+def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cohesive.trade._REPEATED", 0.0)
     seen: list[Trial] = []
     found = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
     assert seen == found.trials and found.trials[0].changes == {}
@@ -39,15 +40,34 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path) -> None:
     best = found.cheapest(0.05)
     assert best is not None and best.error + found.own_error <= 0.05
     assert all(best.cost.cpu <= t.cost.cpu for t in found.trials if t.cost and t.error + found.own_error <= 0.05)  # type: ignore[union-attr]
-    # its settings are keys of a scene, and the combinations were run
-    found.scene.with_(**best.changes)
-    assert any(trial.label.startswith("for 5 %") for trial in found.trials)
+    found.scene.with_(**best.changes)  # its settings are keys of a scene
     found.save(tmp_path)
     with open(tmp_path / "trade.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["setting"] for row in rows] == [trial.label for trial in found.trials]
     assert float(rows[0]["error"]) == pytest.approx(found.trials[0].error, rel=1e-4)
     assert (tmp_path / "trade.png").stat().st_size > 1e4 and "cheapest for 1 %" in (tmp_path / "trade.txt").read_text()
+
+
+def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() -> None:
+    def one(label: str, key: str, error: float, cpu: float) -> Trial:
+        errors = {"peak": error, "energy": 0.0, "curve_distance": 0.0}
+        return Trial(label, {key: label}, errors, Cost(cpu, cpu, 100.0, 10))
+
+    trials = [
+        Trial("as it is", {}, {"peak": 0.001, "energy": 0.0, "curve_distance": 0.0}, Cost(1.0, 1.0, 100.0, 10)),
+        one("steps x 0.5", "steps", 0.003, 0.6),
+        one("steps x 0.25", "steps", 0.015, 0.4),
+        one("crack size x 2", "size", 0.003, 0.7),
+        one("tolerance 0.01", "tol", 0.0, 0.99),  # not worth it
+        one("width x 4", "width", 0.0, 2.0),  # dearer
+        one("model discrete", "model", 0.0, 0.1),  # another physics
+        Trial("half", {"half": True}, failure="no"),
+    ]
+    assert [(label, changes) for label, changes in _combined(trials)] == [
+        ("for 5 %: steps x 0.25, crack size x 2", {"steps": "steps x 0.25", "size": "crack size x 2"}),
+        ("for 1 %: steps x 0.5, crack size x 2", {"steps": "steps x 0.5", "size": "crack size x 2"}),
+    ]
 
 
 def test_a_setting_that_fails_is_a_row_with_its_reason() -> None:
