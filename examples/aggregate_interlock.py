@@ -22,7 +22,6 @@ Expected: shear over fit between 0.25 and 0.47 at slidings of 0.5 to 1.5 mm; wor
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -34,9 +33,11 @@ from cohesive import Concrete, CrackPlane
 from cohesive.concrete import PRESETS
 from cohesive.plots import new_figure, save
 from cohesive.responses import follow
+from examples.command import command
+from examples.walraven import walraven
 
 Array = NDArray[np.float64]
-FCC = 35.0  # MPa
+FCC = 35.0  # MPa, cube strength assumed for the fit
 OPENINGS = (0.1, 0.2, 0.4)  # mm
 SLIDINGS = (0.2, 0.5, 1.0, 1.5)  # mm, at which the shears are compared
 LOOP = np.array([[0.05, 0.0], [0.15, 0.0], [0.15, 0.2], [0.05, 0.2], [0.05, 0.0]])  # mm
@@ -52,19 +53,13 @@ class Interlock:
     loop: dict[str, tuple[float, float, float]]
 
 
-def walraven(w: float, d: Array) -> Array:
-    """Compression and shear (n, 2) of the fit, MPa."""
-    sigma = -FCC / 20 + (1.35 * w**-0.63 + (0.191 * w**-0.552 - 0.15) * FCC) * d
-    tau = -FCC / 30 + (1.80 * w**-0.80 + (0.234 * w**-0.707 - 0.20) * FCC) * d
-    return np.asarray(np.maximum(np.stack([sigma, tau], axis=1), 0.0))
-
-
 def slide(law: CrackPlane, opening: float, points: int) -> tuple[Array, Array, Array]:
     """Open, then slide at that opening: sliding, law and fit, each [compression, shear]."""
     u, s = np.linspace(0.0, opening, points), np.linspace(0.0, max(SLIDINGS), points)
     path = np.concatenate([np.stack([u, 0 * u], axis=1), np.stack([np.full_like(s, opening), s], axis=1)])
     traction = follow(law, path)[0][points:]
-    return s, traction * [-1.0, 1.0], walraven(opening, s)
+    shear, pressure = walraven(opening, s, FCC)
+    return s, traction * [-1.0, 1.0], np.stack([pressure, np.maximum(shear, 0.0)], axis=1)
 
 
 def loop_work(law: CrackPlane, points: int, reverse: bool = False) -> Array:
@@ -127,8 +122,4 @@ def _draw(law: CrackPlane, result: Interlock, points: int, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "aggregate_interlock.png")
+    command(main, __doc__, "aggregate_interlock.png")

@@ -28,7 +28,6 @@ two thirds (0.41, 0.30, 0.19).
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +38,7 @@ from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane, NotConverged, Result, Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 from examples.jacobsen import OPENINGS, along, nominal_path, point_peak
 from examples.reinhardt import plate
 
@@ -225,8 +225,4 @@ def _draw(results: Mapping[tuple[str, str, str], tuple[Result, str]], path: Path
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "as_printed.png")
+    command(main, __doc__, "as_printed.png")

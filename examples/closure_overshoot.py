@@ -23,7 +23,6 @@ goes wrong with it in a structure, where many points close at different times, d
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,6 +32,7 @@ from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 Array = NDArray[np.float64]
 #: traction and its slope at an opening; `first`: the slope of unloading, where there are two
@@ -160,8 +160,4 @@ def _draw(laws: dict[str, PointLaw], runs: dict[tuple[str, bool], Iteration], pa
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "closure_overshoot.png")
+    command(main, __doc__, "closure_overshoot.png")

@@ -24,7 +24,6 @@ consistent tangent, and no step needs to be shortened.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -36,6 +35,7 @@ from numpy.typing import NDArray
 from cohesive import Concrete, CrackPlane, Scene, run
 from cohesive.plots import new_figure, save
 from cohesive.responses import closing
+from examples.command import command
 
 Array = NDArray[np.float64]
 
@@ -231,8 +231,4 @@ def _draw(curves: dict[float, Array], cases: dict[str, dict[tuple[int, float], I
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "contact_smoothing.png")
+    command(main, __doc__, "contact_smoothing.png")

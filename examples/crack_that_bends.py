@@ -18,7 +18,6 @@ tan(b) on both paths where the crack is wider than half its largest opening.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +27,7 @@ from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 Array = NDArray[np.float64]
 NOTCH = 18.0  # mm from mid-span
@@ -136,8 +136,4 @@ def _draw(results: dict[str, Result], cracks: dict[str, Crack], path_: Path) -> 
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "crack_that_bends.png")
+    command(main, __doc__, "crack_that_bends.png")

@@ -15,7 +15,6 @@ Expected: peaks and energies of the finest pair within 1 %, differences and a fo
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +22,7 @@ import numpy as np
 
 from cohesive import Result, Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,4 @@ def _draw(rows: dict[str, list[Row]], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "discrete_and_smeared.png")
+    command(main, __doc__, "discrete_and_smeared.png")

@@ -19,7 +19,6 @@ at its ends.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane, Result, Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 Array = NDArray[np.float64]
 
@@ -184,8 +184,4 @@ def _draw(concrete: Concrete, runs: dict[tuple[str, float], Run], openings: Sequ
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "jacobsen.png")
+    command(main, __doc__, "jacobsen.png")

@@ -16,7 +16,6 @@ Expected: areas within 0.01 % of the formulas with 1000 points, no contact at al
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from numpy.typing import NDArray
 from cohesive import Concrete, CrackPlane
 from cohesive.plots import new_figure, save
 from cohesive.responses import follow
+from examples.command import command
 
 Array = NDArray[np.float64]
 WIDTHS = (60.0, 0.2)
@@ -128,8 +128,4 @@ def _draw(m: Concrete, result: dict[float, Point], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "law_at_a_point.png")
+    command(main, __doc__, "law_at_a_point.png")

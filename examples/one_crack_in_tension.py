@@ -17,13 +17,13 @@ Expected: sum and work within 0.1 % of the work; contact work below 1e-6 of it u
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 
 from cohesive import Result, Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 PARTS = ("dissipated", "stored", "elastic", "contact_work")
 TURN = 0.1  # mm
@@ -80,8 +80,4 @@ def _draw(result: Result, turn: int, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "one_crack_in_tension.png")
+    command(main, __doc__, "one_crack_in_tension.png")

@@ -18,7 +18,6 @@ adds to the contact stiffness, and the wide band is as stiff as the concrete bes
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from numpy.typing import NDArray
 
 from cohesive import Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 Array = NDArray[np.float64]
 TURNS = (0.02, 0.05, 0.1)  # mm
@@ -115,8 +115,4 @@ def _draw(result: dict[tuple[str, float], Cycles], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "opening_and_closing.png")
+    command(main, __doc__, "opening_and_closing.png")

@@ -22,7 +22,6 @@ mm on. The paper's shear softening before the coarse aggregate is in contact doe
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,11 +31,13 @@ from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
+from examples.walraven import walraven
 
 Array = NDArray[np.float64]
 
 RESTRAINTS = (0.5e5, 1.0e5, 2.0e5)
-#: strength in Walraven's fit, MPa
+#: strength in Walraven's fit, MPa: the paper's Table 3 gives no other
 CUBE_STRENGTH = 23.0
 #: slidings of the printed table, mm
 SHOWN = (0.1, 0.2, 0.5, 1.0, 1.8)
@@ -54,14 +55,7 @@ class Sheared:
     def ratio(self, sliding: float) -> float:
         """Shear stress over that of Walraven's fit at the same opening and sliding."""
         shear, opening = (float(np.interp(sliding, self.sliding, y)) for y in (self.shear, self.opening))
-        return shear / float(walraven(np.array(opening), np.array(sliding))[0])
-
-
-def walraven(opening: Array, sliding: Array, strength: float = CUBE_STRENGTH) -> tuple[Array, Array]:
-    """Shear and normal stress (MPa, compression negative) of Walraven's linear fit."""
-    shear = -strength / 30 + (1.8 * opening**-0.80 + (0.234 * opening**-0.707 - 0.20) * strength) * sliding
-    pressure = -strength / 20 + (1.35 * opening**-0.63 + (0.191 * opening**-0.552 - 0.15) * strength) * sliding
-    return shear, -np.maximum(pressure, 0.0)
+        return shear / float(walraven(opening, sliding, CUBE_STRENGTH)[0])
 
 
 def sheared(result: Result) -> Sheared:
@@ -102,9 +96,9 @@ def main(
             ):
                 head = f"{k:g} {model}" if i == 0 else ""
                 print(f"{head:17s}{label:20s}" + "".join(f"{np.interp(d, now.sliding, column):8.3f}    " for d in SHOWN))
-            fit = [walraven(np.array(np.interp(d, now.sliding, now.opening)), np.array(d)) for d in SHOWN]
-            for j, label in enumerate(("Walraven, shear", "Walraven, normal")):
-                print(f"{'':17s}{label:20s}" + "".join(f"{float(f[j]):8.3f}    " for f in fit))
+            fit = [walraven(np.interp(d, now.sliding, now.opening), d, CUBE_STRENGTH) for d in SHOWN]
+            for j, sign, label in ((0, 1.0, "Walraven, shear"), (1, -1.0, "Walraven, normal")):
+                print(f"{'':17s}{label:20s}" + "".join(f"{sign * float(f[j]):8.3f}    " for f in fit))
             print(f"{'':17s}largest fall of the shear stress in a step: {max(-np.diff(now.shear).min(), 0.0):.4f} MPa")
             print(f"{'':17s}{'shear over fit':20s}" + "".join(f"{now.ratio(d):8.3f}    " for d in SHOWN))
     if plot is not None:
@@ -117,8 +111,8 @@ def _draw(runs: dict[tuple[str, float], Sheared], restraints: Sequence[float], p
     left, middle, right = figure.subplots(1, 3)
     for i, k in enumerate(restraints):
         discrete, smeared, colour = runs["discrete", k], runs["smeared", k], f"C{i}"
-        shear, normal = walraven(discrete.opening, discrete.sliding)
-        for axes, x, y, fit in ((left, "sliding", "shear", np.maximum(shear, 0.0)), (middle, "opening", "normal", normal)):
+        shear, pressure = walraven(discrete.opening, discrete.sliding, CUBE_STRENGTH)
+        for axes, x, y, fit in ((left, "sliding", "shear", np.maximum(shear, 0.0)), (middle, "opening", "normal", -pressure)):
             axes.plot(getattr(discrete, x), getattr(discrete, y), color=colour)
             axes.plot(getattr(smeared, x), getattr(smeared, y), ".", color=colour, markersize=3)
             axes.plot(getattr(discrete, x), fit, ":", color=colour)
@@ -146,8 +140,4 @@ def _draw(runs: dict[tuple[str, float], Sheared], restraints: Sequence[float], p
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "push_off.png")
+    command(main, __doc__, "push_off.png")

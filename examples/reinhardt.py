@@ -25,7 +25,6 @@ curve fall.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +36,7 @@ from numpy.typing import NDArray
 from cohesive import Result, Scene, run
 from cohesive.curves import Pair, curve_of
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 Array = NDArray[np.float64]
 
@@ -242,8 +242,4 @@ def _draw(cyclic: dict[tuple[str, str], Curve], once: dict[tuple[str, str], Curv
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "reinhardt.png")
+    command(main, __doc__, "reinhardt.png")

@@ -13,7 +13,6 @@ of the finest band. The paper prints no dimensions, so its curves are compared i
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 
 from cohesive import Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 Array = NDArray[np.float64]
 
@@ -109,8 +109,4 @@ def _draw(sizes: tuple[float, ...], bands: dict[bool, list[Curves]], discrete: C
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "sandwich_panel.png")
+    command(main, __doc__, "sandwich_panel.png")

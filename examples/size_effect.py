@@ -20,7 +20,6 @@ the area Gf/2. The fit joins these sizes; it does not extrapolate far.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 
 from cohesive import Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 Array = NDArray[np.float64]
 SCALES = (1.0, 2.0, 4.0)
@@ -135,8 +135,4 @@ def _draw(fit: Fit, Gf: float, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "size_effect.png")
+    command(main, __doc__, "size_effect.png")

@@ -15,7 +15,6 @@ opening, and loads that grow towards the measured band as w falls.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +22,7 @@ import numpy as np
 
 from cohesive import Result, Scene, run
 from cohesive.plots import new_figure, save
+from examples.command import command
 
 WIDTHS = ("h", 10.0, 2.0, 0.25)
 EARLY = 0.005  # mm, the first measured point
@@ -93,8 +93,4 @@ def _draw(results: list[Result], rows: list[Row], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("out"), help="folder for the figure")
-    folder: Path = parser.parse_args().output
-    folder.mkdir(parents=True, exist_ok=True)
-    main(plot=folder / "width_matters.png")
+    command(main, __doc__, "width_matters.png")

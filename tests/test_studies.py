@@ -9,6 +9,7 @@ import pytest
 
 from cohesive import Concrete, CrackPlane, Scene
 from examples import as_printed, closure_overshoot, contact_smoothing, jacobsen, push_off, reinhardt
+from examples.walraven import walraven
 
 
 def test_reinhardt_reverses_at_the_lower_stress_and_meets_the_envelope(tmp_path: Path) -> None:
@@ -68,10 +69,10 @@ def test_push_off_restraint_gives_stress_below_the_fit(tmp_path: Path) -> None:
             assert 0.15 < numbers[f"discrete, {k}: ratio at {d:g}"] < 0.65  # the gap that the study reports
         smeared, discrete = (numbers[f"{model}, {k}: shear"] for model in ("smeared", "discrete"))
         assert smeared == pytest.approx(discrete, rel=0.02)  # one law in both
-    shear, normal = push_off.walraven(np.array(0.5), np.array(1.0), 30.0)
+    shear, pressure = walraven(0.5, 1.0, 30.0)
     # the formula by hand: 0.5^-0.8 = 1.7411, 0.5^-0.707 = 1.6323; 0.5^-0.63 = 1.5476, 0.5^-0.552 = 1.4661
     assert shear == pytest.approx(-1.0 + 1.8 * 1.7411 + (0.234 * 1.6323 - 0.2) * 30, abs=2e-3)
-    assert normal == pytest.approx(1.5 - 1.35 * 1.5476 - (0.191 * 1.4661 - 0.15) * 30, abs=2e-3)
+    assert pressure == pytest.approx(-1.5 + 1.35 * 1.5476 + (0.191 * 1.4661 - 0.15) * 30, abs=2e-3)
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
