@@ -156,7 +156,7 @@ class March:
     notes: list[str] = field(default_factory=list)
     _peak: float = field(default=0.0, init=False)  # largest load so far
     _largest: float = field(default=1e-300, init=False)  # and largest of either sign
-    _slack: float = field(default=0.0, init=False)  # by which the last step may have missed its target
+    _slack: dict[str, float] = field(default_factory=dict, init=False)  # by which each control may have missed its target
     _reached: bool = field(default=False, init=False)  # whether the stage's `until` has been reached
 
     def __iter__(self) -> Iterator[Step]:
@@ -168,6 +168,7 @@ class March:
                 angle = angle if stage.direction is None else stage.direction
                 hold = hold if stage.hold is None else stage.hold
                 self.problem = self.problem.driven(angle, hold)
+                self._slack.clear()  # `driven` and the load are now those along another direction
                 if not hold and self.problem.rest is None:
                     self._let_go(state, number)
                 before = state = self.problem.at_rest(state)
@@ -225,18 +226,18 @@ class March:
         unloading = event is stage.unload and event is not None
         # unloading ends at its event, and its steps are those of a way back to 0
         distance = abs(start) if unloading else abs(target - start)
-        if distance <= self._slack + 1e-12 * abs(start):
+        if distance <= self._slack.get(control, 0.0) + 1e-12 * abs(start):
             return
         count = stage.count(distance)
         nominal = distance / count
-        self._slack = 2.0 * max(1e-9, problem.tol) * nominal
+        slack = self._slack[control] = 2.0 * max(1e-9, problem.tol) * nominal
         direction = float(np.sign(target - start))
         reversal = direction * (start - problem.measure(control, before)) < 0
         reversal |= control == "load" and state.load * direction < 0
         size = nominal * (REVERSAL_STEP if reversal and count * REVERSAL_STEP >= 1.0 else 1.0)
         value, cuts = start, 0
         # a converged step may miss its target by the tolerance, and dissipation must not be driven back
-        while direction * (target - value) > self._slack:
+        while direction * (target - value) > slack:
             left, snapped = abs(target - value), False
             size = left if left < 1.001 * size else size
             try:
