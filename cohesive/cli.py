@@ -54,8 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
     p = commands.add_parser("run", help="run a scene", description="Run a scene and write curve, pictures and fields.")
-    p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
-    p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the scene's name)")
+    _add_scene(p, "the scene's name")
     p.add_argument("--model", help="discrete or smeared, overrides model.kind")
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in material.Gf=0.1")
     p.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
@@ -66,8 +65,7 @@ def _parser() -> argparse.ArgumentParser:
         help="run a scene in both models",
         description="Run a scene with discrete cracks and with the crack band, and write table, figure and both runs' files.",
     )
-    p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
-    p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the scene's name and -compare)")
+    _add_scene(p, "the scene's name and -compare")
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in band.width=0.5")
     p.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
     p.set_defaults(command=_compare)
@@ -77,8 +75,7 @@ def _parser() -> argparse.ArgumentParser:
         help="measure accuracy against cost",
         description="Turn the knobs of a scene one at a time, then those that pay together: error against CPU time.",
     )
-    p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
-    p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the scene's name and -trade)")
+    _add_scene(p, "the scene's name and -trade")
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in model.kind=smeared")
     p.set_defaults(command=_trade)
 
@@ -93,6 +90,12 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("name", nargs="?", help="print this scene's TOML, a start for your own")
     p.set_defaults(command=_scenes)
     return parser
+
+
+def _add_scene(parser: argparse.ArgumentParser, default: str) -> None:
+    """The scene and the folder for its files, of every command that runs one."""
+    parser.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
+    parser.add_argument("-o", "--output", metavar="DIR", help=f"folder for the files (default: {default})")
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -253,7 +253,7 @@ class _Group:
     """The points with the same number m of crack planes, and their local iteration."""
 
     def __init__(self, band: CrackBand, cracks: Cracks, planes: Index, strain: Array) -> None:
-        self.band, self.planes, self.strain = band, planes, strain
+        self.band, self.strain = band, strain
         g, m = planes.shape
         flat = planes.ravel()
         d = cracks.strain.shape[1]

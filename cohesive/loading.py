@@ -193,8 +193,7 @@ class March:
         self.problem = self.problem.sprung(state)
         if not self.problem.spring:
             angle_across = self.problem.direction[::-1] * np.array([1.0, -1.0])
-            force = self.problem.stiffness.apply(state.v) + self.problem.points.force(state.points.stress)
-            across = float(angle_across @ force[self.problem.drives])
+            across = float(angle_across @ self.problem.internal_force(state)[self.problem.drives])
             if abs(across) > 1e-6 * self.problem.full_strength:
                 self.notes.append(
                     f"stage {number + 1}: lets go of {across:.4g} N across its drive in one step; what that sets free shows "

@@ -18,6 +18,7 @@ from .crackband import BandState, CrackBand
 from .crackplane import CrackPlane
 from .interface import Interface, InterfaceLaw
 from .options import UserMesh
+from .planes import frames as frames_of
 from .planes import stress_transformation
 from .pointlaw import PointLaw
 from .problem import Problem, State
@@ -191,7 +192,7 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
     n = interface.normals
     return CrackPart(
         law, interface.jump_operator, interface.weights, interface.points, interface.cell, interface.area, width,
-        np.stack([n, np.stack([n[:, 1], -n[:, 0]], axis=1)], axis=1), interface,
+        frames_of(n), interface,
     )  # fmt: skip
 
 
@@ -211,12 +212,12 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
         width = float(weights.sum()) / area
         first = np.searchsorted(faces.cell, np.arange(len(block.data)))
         n = faces.normals[first][cell]
-        frames = np.stack([n, np.stack([n[:, 1], -n[:, 0]], axis=1)], axis=1)
+        frames = frames_of(n)
     else:  # each crack will have a length of its own
         width = float(np.median(np.sqrt(np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / thickness)))
     if not isinstance(scene.specimen, UserMesh):
         area = path_length("crack", scene.specimen.paths) * thickness
-        width = scene.sizes.crack_size if options.width is None else options.width  # type: ignore[union-attr]
+        width = scene.band_width
     _check_units(scene, float(np.ptp(mesh.points, axis=0).max()) if area is None else area / thickness)
     excess = width / (2.0 * scene.material.characteristic_length)
     if excess > _REFUSE_EXCESS:

@@ -84,7 +84,7 @@ class Problem:
     def sprung(self, state: State) -> Problem:
         """The same body with its spring in place of the force that holds the first drive in this state."""
         first = self.drives[0]
-        force = float((self.stiffness.apply(state.v) + self.points.force(state.points.stress))[first])
+        force = float(self.internal_force(state)[first])
         place = float(state.v[first])
         return replace(self, rest=place + force / self.spring if self.spring else place, taken=place)
 
@@ -111,6 +111,10 @@ class Problem:
         if self.rest is not None:
             force[self.drives[0]] += self.spring * (v[self.drives[0]] - self.rest)
         return force
+
+    def internal_force(self, state: State) -> Array:
+        """Forces of bulk, spring and cracks on the unknowns, (n,), N: on the drives, the load and the reactions."""
+        return self.bulk(state.v) + self.points.force(state.points.stress)
 
     def elastic_energy(self, v: Array) -> float:
         """Of the bulk and the spring, N mm."""
@@ -161,7 +165,7 @@ class Problem:
 
     def at_rest(self, state: State) -> State:
         """The same state with the load and the motion along this direction of the drives."""
-        force = self.bulk(state.v) + self.points.force(state.points.stress)
+        force = self.internal_force(state)
         return replace(state, load=float(self.drive @ force), driven=float(self.drive @ state.v))
 
     def response(self, tangent: Array) -> Array:

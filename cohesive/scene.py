@@ -168,6 +168,12 @@ class Scene:
                 raise SceneError(f"{key}: there is no such key in the scene")
         return Scene(data, self.folder)
 
+    @property
+    def band_width(self) -> float:
+        """Width of the band along the path of a built-in specimen, mm: the crack size, where the scene names none."""
+        assert self.sizes is not None
+        return self.sizes.crack_size if self.band.width is None else self.band.width
+
     def file(self, name: str) -> Path:
         """A file that the scene names."""
         return self.folder / name

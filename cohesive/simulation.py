@@ -59,8 +59,10 @@ def build(scene: Scene) -> Model:
     smeared = scene.model.kind == "smeared"
     elastic, cracking = _blocks(scene, mesh, points, D)
     original: Index = mesh.point_data["original"]
-    leader, last = np.arange(len(original)), np.unique([node for b in cracking for node in b.cells.ravel()])
-    if not smeared:
+    leader = np.arange(len(original))
+    if smeared:
+        last = np.unique(np.concatenate([block.cells.ravel() for block in cracking]))
+    else:
         on_crack = np.isin(original, original[mesh.cells[-1].data])
         leader, last = np.where(on_crack, original, leader), np.flatnonzero(on_crack)
     try:
@@ -215,8 +217,7 @@ def _mesh(scene: Scene) -> meshio.Mesh:
     if smeared and everywhere:
         return specimen.mesh_body(scene.sizes)
     if smeared:
-        width = scene.sizes.crack_size if scene.band.width is None else scene.band.width
-        mesh = specimen.mesh_band(scene.sizes, width)
+        mesh = specimen.mesh_band(scene.sizes, scene.band_width)
         mesh.cell_sets["row"] = mesh.cell_sets["band"]
         return mesh
     return specimen.mesh(scene.sizes, scene.model.half)

@@ -237,9 +237,8 @@ def _errors(curve: Curve, reference: Curve) -> dict[str, float]:
 
 def _width(scene: Scene) -> tuple[str, float]:
     """Key and value of the crack plane's width."""
-    assert scene.sizes is not None
     if scene.model.kind == "smeared":
-        return "band.width", scene.band.width or scene.sizes.crack_size
+        return "band.width", scene.band_width
     width = scene.interface.width
     if isinstance(width, str):
         return "interface.width", scene.material.h
