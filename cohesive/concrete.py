@@ -32,6 +32,8 @@ class Concrete:
         apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
         mode I softening is not disturbed at any width.
+    contact : "printed", or "potential" for the mended form of `asperities`, which creates no energy in cycles and
+        never is stiffer than the concrete.
 
     Raises
     ------
@@ -56,6 +58,7 @@ class Concrete:
     c_lm: float = 3.0
     u_phi0: float = 0.0
     onset_cap: bool = True
+    contact: str = "printed"
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
@@ -67,6 +70,10 @@ class Concrete:
             if field.name == "onset_cap":
                 if not isinstance(value, bool):
                     raise ValueError(f"onset_cap = {value!r}: expected true or false")
+                continue
+            if field.name == "contact":
+                if value not in ("printed", "potential"):
+                    raise ValueError(f"contact = {value!r}: expected 'printed' or 'potential'")
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
                 raise ValueError(f"{field.name} = {value!r}: expected a finite number")

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .asperities import asperity_contact
 from .concrete import Concrete
+from .surface import Surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -31,7 +33,7 @@ class CrackPlane:
     Raises
     ------
     ValueError
-        For a width that is not a finite number above 0.
+        For a width that is not a finite number above 0; for `concrete.contact` = "potential" without shear scaling.
 
     Attributes
     ----------
@@ -48,6 +50,8 @@ class CrackPlane:
             raise ValueError(f"width = {width!r}: expected a finite number above 0, in mm")
         else:
             self.width = float(width)
+        if concrete.contact == "potential" and not shear_scaling:
+            raise ValueError("shear_scaling = False: contact = 'potential' does not depend on the width; expected True")
         self.concrete = concrete
         self.shear_scaling = shear_scaling
         self.Zt: Any = self.width * concrete.ft / concrete.E
@@ -58,6 +62,10 @@ class CrackPlane:
     def of_width(self, width: float | Array) -> CrackPlane:
         """The same law for another width, or for an array of widths."""
         return CrackPlane(self.concrete, width, shear_scaling=self.shear_scaling)
+
+    def of_concrete(self, concrete: Concrete) -> CrackPlane:
+        """The same plane of another concrete."""
+        return CrackPlane(concrete, self.width, shear_scaling=self.shear_scaling)
 
     def stiffness(self, components: int) -> Array:
         """Diagonal of k, eq. (1), MPa/mm: (components,), or (n, components) for an array of widths."""
@@ -140,8 +148,8 @@ class CrackPlane:
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""
         jump, Z = _checked(jump, Z)
-        phi, n, *_ = self._surface(jump, np.maximum(Z, self.Zt))
-        return phi, n
+        surface = self._surface(jump, np.maximum(Z, self.Zt))
+        return surface.phi, surface.normal
 
     def contact_reach(self, Z: Array) -> Array:
         """ulm of eq. (19): contact is exactly zero at phi >= ulm. (n,), mm."""
@@ -220,83 +228,84 @@ class CrackPlane:
             uz, slope = np.where(capped, Z / m.c_lm, uz), np.where(capped, 1.0 / m.c_lm, slope)
         return uz, slope
 
-    def _reduction(self, u1: Array) -> tuple[Array, Array]:
-        """H_w of eqs (13) and (25) and its slope in u1."""
+    def _asperities(self, u1: Array) -> tuple[Array, Array, Array, Array]:
+        """H of eq. (13), 1 - H with its digits near closure, and the first two slopes of H in u1."""
         m = self.concrete
-        H, lost, dH = np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1)
+        H, lost, dH, ddH = np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1)
         opened = np.maximum(u1 - m.u_phi0, 0.0)
         for p, c in zip(m.p, m.c, strict=True):
-            decay = opened / (c * m.Zm)
-            share = p * np.exp(-decay)
+            length = c * m.Zm
+            share = p * np.exp(-opened / length)
             H += share
-            lost -= p * np.expm1(-decay)  # 1 - H, with its digits near closure
-            dH -= share / (c * m.Zm)
-        dH[u1 < m.u_phi0] = 0.0
+            lost -= p * np.expm1(-opened / length)
+            dH -= share / length
+            ddH += share / length**2
+        closed = u1 < m.u_phi0
+        dH[closed], ddH[closed] = 0.0, 0.0
+        return H, lost, dH, ddH
+
+    def _reduction(self, u1: Array) -> tuple[Array, Array]:
+        """H_w of eqs (13) and (25) and its slope in u1."""
+        H, lost, dH, _ = self._asperities(u1)
         if not self.shear_scaling:
             return H, dH
-        below = H * self.width + lost * m.h
+        h = self.concrete.h
+        below = H * self.width + lost * h
         # far open, H underflows: H_w is 0 there, whatever its exact ratio
-        return np.asarray(H * self.width / below), np.asarray(self.width * m.h / below**2 * dH)
+        return np.asarray(H * self.width / below), np.asarray(self.width * h / below**2 * dH)
 
-    def _surface(self, jump: Array, Z: Array) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
-        """phi and n = d(phi)/du of eqs (8)-(10); dphi/dR; distance d and cone mask; uz and its slope."""
+    def _surface(self, jump: Array, Z: Array) -> Surface:
+        """The contact surface of eqs (8)-(10) seen from the jumps."""
         m = self.concrete
         q = np.sqrt(1.0 + m.m_g**2)
         uz, duz = self._smoothing(Z)
         R = m.n_g * m.Zm + m.c_lm * uz
         u1, v = jump[:, 0], jump[:, 1:]
         s = np.sqrt(np.einsum("ij,ij->i", v, v))
-        x = u1 - (m.u_phi0 + R)  # from the centre of the nose
+        opened = u1 - m.u_phi0
+        x = opened - R  # from the centre of the nose
         cone = x + m.m_g * s > 0
         d = np.hypot(x, s)
         d = np.where(d > 0, d, 1.0)
         s_safe = np.where(s > 0, s, 1.0)
-        apex = m.u_phi0 + R * (m.m_g - q) / m.m_g
-        phi = np.where(cone, (m.m_g * (u1 - apex) - s) / q, R - d)
+        apex = R * (m.m_g - q) / m.m_g
+        # R - d, with its digits where the nose is small and where it is touched
+        nose = ((2.0 * R - opened) * opened - s**2) / (R + d)
+        phi = np.where(cone, (m.m_g * (opened - apex) - s) / q, nose)
         normal = np.empty_like(jump)
         normal[:, 0] = np.where(cone, m.m_g / q, -x / d)
-        normal[:, 1:] = -v / np.where(cone, q * s_safe, d)[:, None]
+        distance = np.where(cone, q * s_safe, d)
+        normal[:, 1:] = -v / distance[:, None]
         dphi_dR = np.where(cone, (q - m.m_g) / q, 1.0 - normal[:, 0])
-        return phi, normal, dphi_dR, np.where(cone, q * s_safe, d), cone, uz, duz
+        return Surface(phi, normal, dphi_dR, distance, cone, uz, duz, m)
 
     def _contact(self, jump: Array, Z: Array, tangent: bool) -> tuple[Index, Array, Array, Array]:
-        """H_w g k n of eqs (13)-(20) at the points in contact: their indices, its value, its derivative
-        with respect to the jump at constant Z, and its derivative with respect to Z."""
-        m = self.concrete
-        phi, normal, dphi_dR, distance, cone, uz, duz = self._surface(jump, Z)
-        at = np.flatnonzero(phi < m.c_lm * uz)
+        """The contact part of the traction, without omega, at the points in contact: their indices, its value, its
+        derivative with respect to the jump at constant Z, and its derivative with respect to Z."""
+        surface = self._surface(jump, Z)
+        at = np.flatnonzero(surface.phi < self.concrete.c_lm * surface.uz)
         if not at.size:  # the usual case while a crack opens
             nothing = np.empty((0, jump.shape[1]))
             return at, nothing, nothing, nothing
-        phi, normal, uz = phi[at], normal[at], uz[at]
-        g = 0.5 * uz * (np.log1p(np.exp(-2.0 * m.c_lm)) - np.logaddexp(0.0, -2.0 * phi / uz))  # (16), (B3)
         part = self._part(at)
-        H, dH = part._reduction(jump[at, 0])
-        k = part.stiffness(jump.shape[1])
+        if self.concrete.contact == "potential":
+            return at, *asperity_contact(part, jump[at], Z[at])
+        return at, *part._printed_contact(jump[at], surface.part(at), tangent)
+
+    def _printed_contact(self, jump: Array, surface: Surface, tangent: bool) -> tuple[Array, Array, Array]:
+        """H_w g k n of eqs (13)-(20)."""
+        normal, g = surface.normal, surface.overlap()
+        H, dH = self._reduction(jump[:, 0])
+        k = self.stiffness(jump.shape[1])
         kn = k * normal
         contact = (H * g)[:, None] * kn
         if not tangent:
-            return at, contact, contact, contact
-        dphi_dR, distance, cone, duz = dphi_dR[at], distance[at], cone[at], duz[at]
-        g_phi = 0.5 * (1.0 - np.tanh(phi / uz))
-        g_uz = (g - phi * g_phi) / uz
-        dR = m.c_lm * duz
-        # dn/du: -(I - s s^T)/(q |s|) in the shear plane on the cone, -(I - n n^T)/d on the nose
-        direction = normal.copy()
-        direction[cone] *= np.sqrt(1.0 + m.m_g**2)  # its shear part is now the unit vector -s
-        direction[cone, 0] = 0.0
-        dn = direction[:, :, None] * direction[:, None, :]
-        dn[:, range(jump.shape[1]), range(jump.shape[1])] -= 1.0
-        dn[cone, 0, 0] = 0.0
-        dn /= distance[:, None, None]
+            return contact, contact, contact
+        g_phi, g_Z = surface.overlap_slopes(g)
         slope = kn[:, :, None] * ((H * g_phi)[:, None] * normal)[:, None, :]
         slope[:, :, 0] += (dH * g)[:, None] * kn
-        slope += (H * g)[:, None, None] * k[..., :, None] * dn
-        dn_dR = -normal[:, :1] * normal / distance[:, None]
-        dn_dR[:, 0] += 1.0 / distance
-        dn_dR[cone] = 0.0
-        d_Z = (H * (g_phi * dphi_dR * dR + g_uz * duz))[:, None] * kn + (H * g * dR)[:, None] * k * dn_dR
-        return at, contact, slope, d_Z
+        slope += (H * g)[:, None, None] * k[..., :, None] * surface.curvature()
+        return contact, slope, (H * g_Z)[:, None] * kn + (H * g)[:, None] * k * surface.turning()
 
 
 def _checked(jump: Array, Z: Array) -> tuple[Array, Array]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .asperities import NoContact
 from .linear import NotConverged
 from .pointlaw import PointFailure
 from .problem import Problem, State
@@ -167,6 +168,8 @@ def _newton(
             correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), problem.law.onset * 1e-3)
     except PointFailure as error:
         raise NotConverged(f"{error} at {problem.place(error.point)}") from error
+    except NoContact as error:
+        raise NotConverged(str(error)) from error
     change = np.linalg.norm(now.points.stress - start.points.stress, axis=1)
     worst = int(np.argmax(problem.points.weights * change))
     values = ", ".join(f"{value:.3g}" for value in now.points.deformation[worst])
