@@ -123,34 +123,39 @@ def _solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
     left[:, 0] = np.maximum(jump[:, 0], np.minimum(np.sqrt(a / pressed), m.Zm))
     rounding = np.finfo(float).eps * (abs(jump).max(axis=1) + m.n_g * m.Zm + m.c_lm * surface.uz)
     at = np.arange(len(jump))
+    value, gradient, hessian = _total(law, left, jump, Z, k)
     for _ in range(_ITERATIONS):
-        u, x, stiff, history, part = jump[at], left[at], k[at], Z[at], law._part(at)
-        value, gradient, hessian = _total(part, x, u, history, stiff)
-        least = np.linalg.eigvalsh(hessian)[:, 0]
-        lift = np.maximum(1e-3 * stiff.min(axis=1) - least, 0.0)  # downhill also where the energy is not convex
-        hessian[:, [0, 1], [0, 1]] += lift[:, None]
-        step = -np.linalg.solve(hessian, gradient[:, :, None])[:, :, 0]
-        room = _APPROACH * x[:, 0]
+        lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also where it is not convex
+        step = -np.linalg.solve(hessian[at] + lift[:, None, None] * np.eye(2), gradient[at, :, None])[:, :, 0]
+        room = _APPROACH * left[at, 0]
         length = np.where(-step[:, 0] > room, room / np.where(step[:, 0] < 0, -step[:, 0], 1.0), 1.0)
-        promised = _DECREASE * (gradient * step).sum(axis=1)
-        size = np.linalg.norm(gradient, axis=1)
         converged = (abs(step) <= _DIGITS * rounding[at, None]).all(axis=1)
         left[at[converged]] += length[converged, None] * step[converged]
-        going = waiting = np.flatnonzero(~converged)
-        if not going.size:
+        at, step, length = at[~converged], step[~converged], length[~converged]
+        if not at.size:
             return left
+        promised = _DECREASE * (gradient[at] * step).sum(axis=1)
+        half = 0.5 * np.linalg.norm(gradient[at], axis=1)
+        waiting = np.arange(len(at))
         for _ in range(_CUTS):
-            new = x[waiting] + length[waiting, None] * step[waiting]
-            now, slope, _ = _total(law._part(at[waiting]), new, u[waiting], history[waiting], stiff[waiting])
-            good = now <= value[waiting] + length[waiting] * promised[waiting]
-            good |= np.linalg.norm(slope, axis=1) < 0.5 * size[waiting]  # where the energy's own digits are spent
-            left[at[waiting[good]]] = new[good]
+            who = at[waiting]
+            new = left[who] + length[waiting, None] * step[waiting]
+            energy, slope, curvature = _total(law._part(who), new, jump[who], Z[who], k[who])
+            good = energy <= value[who] + length[waiting] * promised[waiting]
+            good |= np.linalg.norm(slope, axis=1) < half[waiting]  # where the energy's own digits are spent
+            found = who[good]
+            left[found], value[found], gradient[found], hessian[found] = new[good], energy[good], slope[good], curvature[good]
             waiting = waiting[~good]
             if not waiting.size:
                 break
             length[waiting] *= 0.4
-        at = at[going]
     raise NoContact(f"no contact found for the jump {jump[at[0]]} at Z = {Z[at[0]]:g}")
+
+
+def _least(matrix: Array) -> Array:
+    """Smaller eigenvalue of symmetric (n, 2, 2)."""
+    a, b, c = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1]
+    return np.asarray(0.5 * (a + c) - np.hypot(0.5 * (a - c), b))
 
 
 def _total(law: CrackPlane, left: Array, jump: Array, Z: Array, k: Array) -> tuple[Array, Array, Array]:
