@@ -211,7 +211,7 @@ class CrackBand:
         if not len(cracks.point):
             return False
         law = self.plane.of_width(cracks.length)
-        on_surface = law.traction(cracks.jump, np.zeros_like(cracks.Z))[1] >= cracks.Z
+        on_surface = law.history(cracks.jump, np.zeros_like(cracks.Z)) >= cracks.Z
         return bool((on_surface & (cracks.Z > law.Zt)).any())
 
     def is_gone(self, state: BandState) -> bool:

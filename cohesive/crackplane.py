@@ -128,9 +128,13 @@ class CrackPlane:
     def traction(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Traction (n, d) and new history (n,) of `update`, without the tangent."""
         jump, Z = _checked(jump, Z)
-        Z_new = np.maximum(np.maximum(Z, self.Zt), self._equivalent_jump(jump, gradient=False)[0])
+        Z_new = self.history(jump, Z)
         traction = self._intact(Z_new)[:, None] * self.stiffness(jump.shape[1]) * jump
         return traction + self.contact_traction(jump, Z_new), Z_new
+
+    def history(self, jump: Array, Z: Array) -> Array:
+        """New history (n,) of `update`, eq. (4)."""
+        return np.asarray(np.maximum(np.maximum(Z, self.Zt), self._equivalent_jump(jump, gradient=False)[0]))
 
     def contact_traction(self, jump: Array, Z: Array) -> Array:
         """Second term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""

@@ -150,10 +150,10 @@ class InterfaceLaw:
         """The planes are there from the beginning."""
 
     def is_damaging(self, deformation: Array, start: InterfaceState) -> bool:
-        return bool((self.law.traction(deformation, start.Z)[1] > start.Z).any())
+        return bool((self.law.history(deformation, start.Z) > start.Z).any())
 
     def is_on_surface(self, state: InterfaceState) -> bool:
-        on_surface = self.law.traction(state.deformation, np.zeros_like(state.Z))[1] >= state.Z
+        on_surface = self.law.history(state.deformation, np.zeros_like(state.Z)) >= state.Z
         return bool((on_surface & (state.Z > self.law.Zt)).any())
 
     def is_gone(self, state: InterfaceState) -> bool:

@@ -21,6 +21,9 @@ WATCHED = (
     "contact_work", "load_ratio",
 )  # fmt: skip
 
+#: controls under which a crack that snaps back is followed by its dissipation
+MOTIONS = ("opening", "sliding", "driven")
+
 #: what `unload` may go back to
 UNLOADED = ("load", "opening", "sliding", "driven", "stress_n", "stress_s")
 
@@ -246,6 +249,13 @@ class March:
                 size *= 0.5
                 if size >= SMALLEST_STEP * nominal:
                     continue
+                if control in MOTIONS and (back := self._trace_back(state, stage, number, direction, target, event)):
+                    yield from back
+                    state, reversal, cuts, size = back[-1].trial.state, False, 0, nominal
+                    value = problem.measure(control, state)
+                    if self._reached:
+                        return
+                    continue
                 snap = min(SNAP_STEP * nominal, abs(target - value))
                 try:
                     if isinstance(error.__cause__, PointFailure):  # not a lack of equilibrium, which damping overcomes
@@ -284,6 +294,45 @@ class March:
                 return
             if trial.iterations <= EASY_ITERATIONS:
                 size = min(2.0 * size, nominal)
+
+    def _trace_back(self, state: State, stage: Stage, number: int, direction: float, target: float, event: Any) -> list[Step]:
+        """Steps by dissipation from where the controlled motion must go back, until it advances again; none if they fail.
+
+        A crack that sets more energy free than it takes has its next equilibrium behind it.
+        """
+        problem, control = self.problem, stage.control
+        size = largest = problem.law.concrete.Gf * problem.area / DEFAULT_STEPS
+        start = last = furthest = direction * problem.measure(control, state)
+        steps: list[Step] = []
+        cuts = 0
+        while size > SMALLEST_STEP * largest:
+            fraction, reached = 1.0, False
+            try:
+                trial = self._advance(state, "dissipation", state.dissipated + size, False)
+                place = direction * problem.measure(control, trial.state)
+                if event is not None:
+                    fraction, reached = self._watch(event, state, trial.state)
+            except NotConverged:
+                place = np.inf
+            if fraction < 1.0 or place > direction * target:
+                size *= 0.5 if fraction == 1.0 else fraction
+                cuts += 1
+                continue
+            steps.append(Step(trial, cuts, "dissipation", trial.state.dissipated, number + 1))
+            state, cuts = trial.state, 0
+            furthest = min(furthest, place)
+            self._reached = reached
+            if reached or problem.is_separated(state) or (place > last and (place > start or furthest < start)):
+                if furthest < start:
+                    self.notes.append(
+                        f"stage {number + 1}: {control} goes back from {direction * start:.5g} to {direction * furthest:.5g}, "
+                        f"followed by {len(steps)} steps of dissipation"
+                    )
+                return steps
+            last = place
+            if trial.iterations <= EASY_ITERATIONS:
+                size = min(2.0 * size, largest)
+        return []
 
     def _advance(self, state: State, control: str, value: float, reversal: bool) -> Trial:
         if control == "dissipation" and not self.problem.law.is_on_surface(state.points):

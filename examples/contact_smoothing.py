@@ -96,7 +96,7 @@ def block(c_zn: float, model: str, size: float, steps: int) -> Iterations:
 def point(c_zn: float, width: float, steps: int, line_search: bool) -> Iterations:
     """The same at a point: its opening is the unknown, a spring resists it from 0.2 mm on, the sliding is given."""
     plane = CrackPlane(replace(Concrete.preset("walraven"), c_zn=c_zn), width)
-    Z = plane.traction(np.array([[OPENED, 0.0]]), np.zeros(1))[1]
+    Z = plane.history(np.array([[OPENED, 0.0]]), np.zeros(1))
     jump, start = np.array([OPENED, 0.0]), Z
     lists, shortened = [], 0
 

@@ -73,7 +73,7 @@ def nominal_path(un0: float, sliding: float = 0.5, points: int = 4000) -> Array:
 
 def along(law: CrackPlane, path: Array) -> Array:
     """Tractions (n, 2) along a path of jumps (n, 2), from the intact state; all points at once."""
-    reached = law.traction(path, np.zeros(len(path)))[1]  # by each jump alone
+    reached = law.history(path, np.zeros(len(path)))  # by each jump alone
     return law.traction(path, np.maximum.accumulate(reached))[0]
 
 

@@ -118,10 +118,10 @@ def test_a_law_of_many_widths_is_the_laws_of_each(components: int) -> None:
     Z0, Z = random.uniform(0, Zm, 40), random.uniform(0, Zm, 40)
 
     def everything(law: CrackPlane, i: Any) -> list[Array]:
-        Z1 = law.traction(before[i], Z0[i])[1]
+        Z1 = law.history(before[i], Z0[i])
         return [
             *law.update(jump[i], Z[i]), law.update(jump[i], Z[i], frozen=True)[1], *law.traction(jump[i], Z[i]),
-            *law.dissipation(before[i], Z1, jump[i], law.traction(jump[i], Z1)[1]), law.stored_energy(jump[i], Z[i]),
+            *law.dissipation(before[i], Z1, jump[i], law.history(jump[i], Z1)), law.stored_energy(jump[i], Z[i]),
             law.contact_traction(jump[i], Z[i]), *law.contact_distance(jump[i], Z[i]), law.damage(Z[i]),
         ]  # fmt: skip
 

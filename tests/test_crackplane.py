@@ -263,9 +263,9 @@ def test_dissipation_of_a_bent_path_converges_with_the_square_of_the_step() -> N
     def total(steps: int) -> float:
         t = np.linspace(0, 1, steps + 1)
         path = np.stack([0.02 + 0.05 * t, 0.3 * t**2], axis=1)
-        Z, value = law.traction(path[:1], np.zeros(1))[1], 0.0
+        Z, value = law.history(path[:1], np.zeros(1)), 0.0
         for a, b in pairwise(path):
-            new = law.traction(b[None], Z)[1]
+            new = law.history(b[None], Z)
             value += law.dissipation(a[None], Z, b[None], new)[0][0]
             Z = new
         return value
@@ -279,13 +279,13 @@ def test_dissipation_of_a_bent_path_converges_with_the_square_of_the_step() -> N
 def test_dissipation_gradient() -> None:
     law = CrackPlane(NARROW.concrete, 0.5)
     jump0, Z0 = np.array([[0.02, 0.01]]), np.array([0.0])
-    Z0 = law.traction(jump0, Z0)[1]
+    Z0 = law.history(jump0, Z0)
     jump1 = np.array([[0.03, 0.03]])
 
     def value(jump: Array) -> float:
-        return float(law.dissipation(jump0, Z0, jump, law.traction(jump, Z0)[1])[0][0])
+        return float(law.dissipation(jump0, Z0, jump, law.history(jump, Z0))[0][0])
 
-    gradient = law.dissipation(jump0, Z0, jump1, law.traction(jump1, Z0)[1])[1][0]
+    gradient = law.dissipation(jump0, Z0, jump1, law.history(jump1, Z0))[1][0]
     for unit, slope in zip(np.eye(2), gradient, strict=True):
         assert slope == pytest.approx((value(jump1 + 1e-6 * unit) - value(jump1 - 1e-6 * unit)) / 2e-6, rel=1e-7)
 
