@@ -32,8 +32,8 @@ Index = NDArray[np.intp]
 MAX_ITERATIONS = 15  # of Box 1
 #: singular values of M below this part of the largest one are taken as 0
 CUT_OFF = 1e-10
-#: a point without a solution is led to its strain from the committed one in so many parts, at most
-_PARTS = (4, 16, 64)
+#: a point without a solution is led to its strain from the committed one, in parts of the way of this size at first and at least
+_FIRST_PART, _SMALLEST_PART = 0.25, 1.0 / 64.0
 #: the local line search wants the stress error to fall by this part of the step length; its lengths below 1
 _DECREASE = 1e-4
 _LENGTHS = 0.5 ** np.arange(1, 8)
@@ -331,18 +331,17 @@ class _Group:
             e, ok = self._newton(self.e0[rows], self.strain[rows], rows, first_frozen)
             self.e[rows[ok]] = e[ok]
             solved[rows[ok]] = True
-        for parts in _PARTS:
-            rows = every[~solved]
-            if not rows.size:
-                break
-            e, alive = self.e0[rows], np.ones(len(rows), dtype=bool)
-            for part in range(1, parts + 1):
-                strain = committed[rows] + part / parts * (self.strain[rows] - committed[rows])
-                e[alive], alive[alive] = self._newton(e[alive], strain[alive], rows[alive], frozen and part == 1)
-                if not alive.any():
-                    break
-            self.e[rows[alive]] = e[alive]
-            solved[rows[alive]] = True
+        # led there from the committed strain, each point in steps of its own
+        e, there, part = self.e0.copy(), np.zeros(len(every)), np.full(len(every), _FIRST_PART)
+        while (rows := every[~solved & (part >= _SMALLEST_PART)]).size:
+            to = np.minimum(there[rows] + part[rows], 1.0)
+            strain = committed[rows] + to[:, None] * (self.strain[rows] - committed[rows])
+            found, ok = self._newton(e[rows], strain, rows, frozen and not there.any())
+            e[rows[ok]], there[rows[ok]] = found[ok], to[ok]
+            part[rows] *= np.where(ok, 2.0, 0.5)
+            solved |= there >= 1.0
+        led = there >= 1.0
+        self.e[led] = e[led]
         return solved
 
     def respond(self, frozen: bool) -> tuple[Array, Array, Array, Array, Array]:

@@ -246,7 +246,7 @@ class March:
                 trial = self._advance(state, control, value + direction * size, reversal)
             except NotConverged as error:
                 cuts += 1
-                size *= 0.5
+                size *= 0.25 if isinstance(error.__cause__, PointFailure) else 0.5
                 if size >= SMALLEST_STEP * nominal:
                     continue
                 if control in MOTIONS and (back := self._trace_back(state, stage, number, direction, target, event)):

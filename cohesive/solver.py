@@ -21,6 +21,8 @@ MAX_ITERATIONS = 25
 SETTLING_STEPS = 60
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
+#: where a point has no solution, which is costly to find out, it gives up sooner
+SMALLEST_BEFORE_FAILURE = 0.05
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def _search(at: Callable[[Array, float], _Iterate], now: _Iterate, step: Array) 
             value = new.merit(now.scale)
             full = new if size == 1.0 else full
         except PointFailure:
-            if size < SMALLEST_LENGTH:
+            if size < SMALLEST_BEFORE_FAILURE:
                 raise
         if value < (1.0 - DECREASE * size) * merit:
             return new, size
