@@ -205,7 +205,7 @@ class March:
 
     def _returns(self, number: int, target: float) -> bool:
         """Whether a separated crack is closed again, or slid, by what is still to come."""
-        if len(self.problem.drives) == 2:
+        if len(self.problem.drives) == 2 and (self.problem.hold or self.problem.spring):
             return True  # both parts are held by a platen
         stage = self.stages[number]
         later = stage.targets[stage.targets.index(target) + 1 :] if target in stage.targets else stage.targets
@@ -249,7 +249,7 @@ class March:
                 size *= 0.25 if isinstance(error.__cause__, PointFailure) else 0.5
                 if size >= SMALLEST_STEP * nominal:
                     continue
-                if control in MOTIONS and (back := self._trace_back(state, stage, number, direction, target, event)):
+                if control in MOTIONS and (back := self._trace_back(state, stage, number, nominal, target, event)):
                     yield from back
                     state, reversal, cuts, size = back[-1].trial.state, False, 0, nominal
                     value = problem.measure(control, state)
@@ -314,7 +314,7 @@ class March:
                     fraction, reached = self._watch(event, state, trial.state)
             except NotConverged:
                 place = np.inf
-            if fraction < 1.0 or place > direction * target:
+            if fraction < 1.0 or place > direction * target or abs(place - last) > nominal or place * start < 0:
                 size *= 0.5 if fraction == 1.0 else fraction
                 cuts += 1
                 continue
