@@ -32,7 +32,7 @@ Index = NDArray[np.intp]
 MAX_ITERATIONS = 15  # of Box 1
 #: singular values of M below this part of the largest one are taken as 0
 CUT_OFF = 1e-10
-#: a point without a solution is led to its strain from the committed one, in parts of the way of this size at first and at least
+#: a point without a solution is led to its strain from the committed one: part of the way that is tried first, and at least
 _FIRST_PART, _SMALLEST_PART = 0.25, 1.0 / 64.0
 #: the local line search wants the stress error to fall by this part of the step length; its lengths below 1
 _DECREASE = 1e-4

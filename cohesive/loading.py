@@ -295,12 +295,14 @@ class March:
             if trial.iterations <= EASY_ITERATIONS:
                 size = min(2.0 * size, nominal)
 
-    def _trace_back(self, state: State, stage: Stage, number: int, direction: float, target: float, event: Any) -> list[Step]:
+    def _trace_back(self, state: State, stage: Stage, number: int, nominal: float, target: float, event: Any) -> list[Step]:
         """Steps by dissipation from where the controlled motion must go back, until it advances again; none if they fail.
 
-        A crack that sets more energy free than it takes has its next equilibrium behind it.
+        A crack that sets more energy free than it takes has its next equilibrium behind it. None of these steps moves
+        further than a nominal one, and none behind the unloaded place.
         """
         problem, control = self.problem, stage.control
+        direction = float(np.sign(target - problem.measure(control, state)))
         size = largest = problem.law.concrete.Gf * problem.area / DEFAULT_STEPS
         start = last = furthest = direction * problem.measure(control, state)
         steps: list[Step] = []
