@@ -28,8 +28,10 @@ from .scene import Scene, SceneError, built_in
 from .simulation import run
 from .trade import Trial, trade
 
-#: a run that stopped before its end, bad input, interrupted by the user
+#: a run that stopped before its end, bad input or a file that cannot be written, interrupted
 _STOPPED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
+#: what ends a run early, with everything before it in the exception's `result`
+_ENDS = (NotConverged, KeyboardInterrupt, SceneError, MeshError)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,12 +42,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (SceneError, MeshError) as error:
         print(f"cohesive: {error}", file=sys.stderr)
         return _BAD_INPUT
-    except KeyboardInterrupt:
-        print("cohesive: interrupted; what was written until then is complete", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        print(f"cohesive: {str(error) or 'interrupted'}; what was written until then is complete", file=sys.stderr)
         return _INTERRUPTED
     except BrokenPipeError:  # the reader of the output has left, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+
+
+def _status(error: BaseException) -> int:
+    """Exit status of a run that ended early."""
+    if isinstance(error, KeyboardInterrupt):
+        return _INTERRUPTED
+    return _STOPPED if isinstance(error, NotConverged) else _BAD_INPUT
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -103,16 +112,17 @@ def _run(options: argparse.Namespace) -> int:
     if options.model:
         scene = scene.with_(**{"model.kind": options.model})
     folder = Path(options.output or Path(options.scene).stem)
+    make_folder(folder)  # refused now, not after an hour
     status = 0
     with tqdm(total=_expected_steps(scene), unit="step", disable=not sys.stderr.isatty(), leave=False) as bar:
         try:
             result = run(scene, output=folder, on_step=_reporter(bar, options.verbose))
-        except (NotConverged, KeyboardInterrupt) as error:
+        except _ENDS as error:
             partial_result = getattr(error, "result", None)
             if not isinstance(partial_result, Result):
                 raise
             result = partial_result
-            status = _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
+            status = _status(error)
     try:
         result.save(folder)
     finally:  # the numbers are there, whatever became of the files
@@ -129,15 +139,16 @@ def _compare(options: argparse.Namespace) -> int:
     with tqdm(total=2 * _expected_steps(scene), unit="step", disable=not sys.stderr.isatty(), leave=False) as bar:
         try:
             comparison = compare(scene, output=folder, on_step=_reporter(bar, options.verbose))
-        except (NotConverged, KeyboardInterrupt) as error:
+        except _ENDS as error:
             partial_result = getattr(error, "result", None)
+            for result in (*getattr(error, "finished", ()), partial_result):
+                if isinstance(result, Result):
+                    result.save(folder / result.scene.model.kind)
             if not isinstance(partial_result, Result):
                 raise
-            for result in (*getattr(error, "finished", ()), partial_result):
-                result.save(folder / result.scene.model.kind)
             note = f"{partial_result.scene.model.kind}: {partial_result.notes[-1]}"
             print(f"cohesive: {note}; everything up to there is in {folder}/", file=sys.stderr)
-            return _INTERRUPTED if isinstance(error, KeyboardInterrupt) else _STOPPED
+            return _status(error)
     try:
         comparison.save(folder)
     finally:

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from meshing import MeshError
 from meshing.cracks import Line
 
 from .curves import Pair, curve_of
 from .linear import NotConverged
 from .loading import Step
 from .result import Result, make_folder, write_file, write_text
-from .scene import Scene
+from .scene import Scene, SceneError
 from .simulation import run
 from .summary import warnings
 
@@ -169,8 +170,8 @@ def compare(
     SceneError, MeshError
         For bad input.
     NotConverged, KeyboardInterrupt
-        Where not even one step of a run converged, and for an interruption, with the exception's `result`, and what
-        was finished before it in `finished`.
+        Where not even one step of a run converged, and for an interruption, with the exception's `result` if there is
+        one, and what was finished before it in `finished`. The same for SceneError and MeshError.
     """
     results: list[Result] = []
     notes: list[str] = []
@@ -182,10 +183,10 @@ def compare(
     for name, one in zip(MODELS, scenes, strict=True):
         try:
             result = run(one, output=None if output is None else Path(output) / name, on_step=on_step)
-        except (NotConverged, KeyboardInterrupt) as error:
+        except (NotConverged, KeyboardInterrupt, SceneError, MeshError) as error:
             stopped = getattr(error, "result", None)
             error.finished = results  # type: ignore[union-attr]
-            if isinstance(error, KeyboardInterrupt) or stopped is None or not len(stopped.history["step"]):
+            if not isinstance(error, NotConverged) or stopped is None or not len(stopped.history["step"]):
                 raise
             result = stopped
         notes += [f"{name}: {note}" for note in (*result.notes, *warnings(result))]

@@ -9,13 +9,15 @@ import platform
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import meshio
 import numpy as np
@@ -37,23 +39,38 @@ COLUMNS = (
 
 
 class HistoryWriter:
-    """history.csv that grows row by row; without a folder it writes nothing."""
+    """history.csv that grows by whole rows; without a folder it writes nothing."""
 
     def __init__(self, folder: str | Path | None) -> None:
         self._folder = None if folder is None else Path(folder)
-        self._file: TextIO | None = None
+        self._file: FileIO | None = None
 
     def __enter__(self) -> HistoryWriter:
         if self._folder is not None:
             make_folder(self._folder)
-            self._file = open(self._folder / "history.csv", "w", newline="", encoding="utf-8")
-            self._file.write(",".join(COLUMNS) + "\n")
+            try:
+                self._file = open(self._folder / "history.csv", "wb", buffering=0)
+            except OSError as error:
+                raise _refused(self._folder / "history.csv", error) from None
+            self._append(COLUMNS)
         return self
 
     def write(self, row: dict[str, float]) -> None:
-        if self._file is not None:
-            self._file.write(",".join(_format(row[name]) for name in COLUMNS) + "\n")
-            self._file.flush()
+        """Append a row; SceneError where the disk is full, and what has come of the row is taken away."""
+        self._append([_format(row[name]) for name in COLUMNS])
+
+    def _append(self, row: Sequence[str]) -> None:
+        if self._file is None or self._folder is None:
+            return
+        rest = (",".join(row) + "\n").encode()
+        whole = self._file.tell()
+        try:
+            while rest:  # one call, but on a disk that is getting full
+                rest = rest[self._file.write(rest) :]
+        except OSError as error:
+            with suppress(OSError):
+                self._file.truncate(whole)
+            raise _refused(self._folder / "history.csv", error) from None
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if self._file is not None:
@@ -81,9 +98,13 @@ def write_file(path: Path, write: Callable[[Path], None]) -> None:
         write(temporary)
         os.replace(temporary, path)
     except OSError as error:
-        raise SceneError(f"'{path}': cannot be written: {error.strerror or error}") from None
+        raise _refused(path, error) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _refused(path: Path, error: OSError) -> SceneError:
+    return SceneError(f"'{path}': cannot be written: {error.strerror or error}")
 
 
 @dataclass(frozen=True)

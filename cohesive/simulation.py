@@ -155,7 +155,7 @@ def run(
     ------
     SceneError, MeshError
         For bad input.
-    NotConverged, KeyboardInterrupt
+    NotConverged, KeyboardInterrupt, and SceneError where history.csv cannot grow
         With everything computed so far in the exception's `result`.
     """
     if not isinstance(scene, Scene):
@@ -170,19 +170,18 @@ def run(
         march.notes.append(warning)
     if isinstance(scene.specimen, Specimen) and scene.specimen.is_off_the_notch():
         march.notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
-    rows: list[dict[str, float]] = []
-    states: list[State] = []
+    done: list[tuple[dict[str, float], State]] = []
     clock = time.perf_counter()
 
     def result() -> Result:
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, rows, states, march.notes, reference)
+        return Result(scene, built, [row for row, _ in done], [state for _, state in done], march.notes, reference)
 
     with HistoryWriter(output) as writer:
         try:
             for step in march:
                 row = {
-                    "step": len(rows) + 1,
+                    "step": len(done) + 1,
                     **built.record(step.trial.state),
                     "iterations": step.trial.iterations,
                     "cuts": step.cuts,
@@ -190,12 +189,11 @@ def run(
                     "wall_time": time.perf_counter() - clock,
                     "stage": step.stage,
                 }
-                rows.append(row)
-                states.append(step.trial.state)
+                done.append((row, step.trial.state))  # both or, where an interruption comes between, none
                 writer.write(row)
                 if on_step is not None:
                     on_step(step, row)
-        except (NotConverged, KeyboardInterrupt) as error:
+        except (NotConverged, KeyboardInterrupt, SceneError) as error:
             march.notes.append(f"stopped: {str(error) or 'interrupted'}")
             error.result = result()  # type: ignore[union-attr]
             raise

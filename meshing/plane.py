@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import signal
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import pairwise
 from types import ModuleType
@@ -125,6 +126,8 @@ def load_gmsh() -> ModuleType:
 def session() -> Iterator[ModuleType]:
     gmsh = load_gmsh()
     gmsh.initialize(interruptible=False)
+    with suppress(ValueError, TypeError):  # gmsh takes SIGTERM away; not from another thread or an embedding program
+        signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
     try:
         gmsh.option.setNumber("General.Verbosity", 0)
         gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh on every machine
