@@ -1,5 +1,6 @@
 """`python -m cohesive` and the command `cohesive`."""
 
+import gc
 import os
 import signal
 import sys
@@ -10,6 +11,8 @@ def main() -> int:
     """Run the command line; returns the exit status."""
     # the matrices are small: more threads gain nothing, and on a busy machine they wait for each other
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # imports make many objects and no garbage: looking for it takes a tenth of a short run
+    gc.set_threshold(50_000)
     terminated = False
 
     def terminate(number: int, frame: FrameType | None) -> None:
@@ -26,6 +29,7 @@ def main() -> int:
     except KeyboardInterrupt as error:
         print(f"cohesive: {str(error) or 'interrupted'}", file=sys.stderr)
         status = 130
+    gc.freeze()  # nor is there any to look for at the exit
     return 128 + signal.SIGTERM if terminated else status
 
 

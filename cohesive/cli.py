@@ -26,7 +26,6 @@ from .loading import Step
 from .result import Result, make_folder, write_file
 from .scene import Scene, SceneError, built_in
 from .simulation import run
-from .trade import Trial, trade
 
 #: a run that stopped before its end, bad input or a file that cannot be written, interrupted
 _STOPPED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
@@ -158,6 +157,8 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _trade(options: argparse.Namespace) -> int:
+    from .trade import Trial, trade  # with multiprocessing, which the other commands need not load
+
     scene = Scene.load(options.scene).with_(**_assignments(options.set))
     folder = Path(options.output or f"{Path(options.scene).stem}-trade")
     make_folder(folder)
