@@ -1,36 +1,66 @@
-"""Cost of the parts of an analysis, as ratios in one run: `python -m examples.benchmark [--large]`.
+"""What the parts of an analysis cost, as ratios in one run: `python -m examples.benchmark [--large] [--million] [--command]`.
 
-For each size: seconds for mesh, assembly, condensation and Newton, per Newton iteration, for one sparse
-factorization of the whole in an iteration of the uncondensed method, and for one elastic factor-and-solve
-with SuperLU's minimum degree ordering. Then the law: microseconds a point, and the tangent against the
-traction alone.
+Every scene is the notched beam with other element sizes, and each is measured in a process of its own, so that its peak
+memory is its own. "elastic solve" is one factorization and solve of the whole by SuperLU with its minimum degree ordering,
+"sparse factorization" the factorization in it, which an iteration that condenses nothing needs.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import multiprocessing
+import os
+import resource
+import subprocess
+import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from cohesive import Concrete, CrackPlane, Scene, run
+from cohesive import Concrete, CrackPlane, Scene
 from cohesive.linear import SparseStiffness
+from cohesive.loading import March
 from cohesive.simulation import build
 
-#: name: (crack_size, far_size, shape, order) of the notched beam, about 2e3, 2e4 and 1e5 unknowns
-SIZES = {
-    "T3 2e3": (0.5, 6.0, "triangle", 1),
-    "T3 2e4": (0.5, 1.05, "triangle", 1),
-    "T3 1e5": (0.25, 0.45, "triangle", 1),
+#: crack_size, far_size, shape, order, model
+Size = tuple[float, float, str, int, str]
+
+
+def _t3(crack_size: float, far_size: float) -> Size:
+    return (crack_size, far_size, "triangle", 1, "discrete")
+
+
+#: about 2e3, 2e4 and 1e5 unknowns
+SIZES: dict[str, Size] = {
+    "T3 2e3": _t3(0.5, 6.0),
+    "T3 2e4": _t3(0.5, 1.05),
+    "T3 1e5": _t3(0.25, 0.45),
+    "band 2e3": (0.5, 6.0, "triangle", 1, "smeared"),
+    "band 2e4": (0.5, 1.05, "triangle", 1, "smeared"),
 }
-LARGE = {
-    "Q4 1e5": (0.25, 0.42, "quad", 1),
-    "T6 1e5": (0.5, 0.93, "triangle", 2),
-    "Q8 1e5": (0.5, 0.75, "quad", 2),
+LARGE: dict[str, Size] = {
+    "Q4 1e5": (0.25, 0.42, "quad", 1, "discrete"),
+    "T6 1e5": (0.5, 0.93, "triangle", 2, "discrete"),
+    "Q8 1e5": (0.5, 0.75, "quad", 2, "discrete"),
+    "band 1e5": (0.25, 0.45, "triangle", 1, "smeared"),
 }
+MILLION = _t3(0.1, 0.14)
+#: the same crack in a larger bulk, and a larger crack in about the same bulk
+BULK = {"far 6": _t3(0.5, 6.0), "far 1.05": _t3(0.5, 1.05), "far 0.5": _t3(0.5, 0.5)}
+CRACK = {"crack 1": _t3(1.0, 1.01), "crack 0.5": _t3(0.5, 1.05), "crack 0.25": _t3(0.25, 1.16), "crack 0.125": _t3(0.125, 1.6)}
+#: both ways of solving, with fewer steps
+BOTH = {"T3 2e4": SIZES["T3 2e4"], "band 2e3": SIZES["band 2e3"]}
+BOTH_STEPS = 12
+
+Row = dict[str, float]
 
 
 def best_of(n: int, call: Callable[[], object]) -> float:
@@ -43,41 +73,72 @@ def best_of(n: int, call: Callable[[], object]) -> float:
     return min(times)
 
 
-def analysis(crack_size: float, far_size: float, shape: str, order: int) -> dict[str, float]:
-    """Times of one softening analysis of the notched beam, and of the elastic solve and the factorization beside it."""
-    scene = Scene.load("notched-beam").with_(
-        **{"mesh.crack_size": crack_size, "mesh.far_size": far_size, "mesh.shape": shape, "mesh.order": order}
-    )
-    full = build(scene.with_(**{"solver.reduction": "none"}))
-    problem = full.problem
+def changes(size: Size) -> dict[str, object]:
+    """What makes the scene of a size out of the built-in one."""
+    keys = ("mesh.crack_size", "mesh.far_size", "mesh.shape", "mesh.order", "model.kind")
+    return dict(zip(keys, size, strict=True))
+
+
+@cache
+def analysis(size: Size, reduction: str = "condensed", steps: int = 60) -> Row:
+    """Seconds for the parts of one softening analysis, the sizes of its systems, and peak memory in MB; in a process of its
+    own."""
+    return _apart(_analysis, size, reduction, steps)
+
+
+def _analysis(size: Size, reduction: str, steps: int) -> Row:
+    import gmsh  # noqa: F401  # loading it is no cost of the analysis
+
+    scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.reduction": reduction, "stage.0.steps": steps})
+    loaded = _memory()
+    model = build(scene)
+    march: list[int] = []
+
+    def newton() -> None:
+        march[:] = [step.trial.iterations for step in March(model.problem, scene.stages, model.record)]
+
+    seconds = best_of(1 if reduction == "none" else 3, newton)
+    parts = dict(model.timings)
+    if model.total_dofs < 50_000:  # what else the machine does only adds
+        for _ in range(2):
+            again = build(scene).timings
+            parts = {name: min(parts[name], again[name]) for name in parts}
+    return parts | {
+        "newton": seconds,
+        "iterations": sum(march),
+        "iteration": seconds / sum(march),
+        "unknowns": model.total_dofs,
+        "active": model.active_dofs,
+        "loaded": loaded,
+        "peak": _memory(),
+    }
+
+
+@cache
+def sparse(size: Size) -> Row:
+    """Seconds for one sparse factorization and one elastic solve, and the factor's size in MB; in a process of its own."""
+    return _apart(_sparse, size)
+
+
+def _sparse(size: Size) -> Row:
+    problem = build(Scene.load("notched-beam").with_(**changes(size), **{"solver.reduction": "none"})).problem
     assert isinstance(problem.stiffness, SparseStiffness)
     rows, columns, values = problem.points.stiffness(problem.law.elastic())
     K = (problem.stiffness.matrix + sp.coo_array((values, (rows, columns)), shape=problem.stiffness.matrix.shape)).tocsc()
     load = np.zeros(K.shape[0])
     load[problem.drives] = 1.0
+    factors: list[spla.SuperLU] = []
 
-    def elastic() -> object:
-        return spla.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve(load)
+    def factorize() -> None:
+        factors[:] = [spla.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})]
 
-    factor = best_of(2, elastic)
-    results = [run(scene.with_(**{"solver.reduction": "condensed"})) for _ in range(2)]
-    best = min(results, key=lambda result: result.timings["condense"] + result.timings["newton"])
-    t = best.timings
-    return {
-        "unknowns": best.total_dofs,
-        "active": best.active_dofs,
-        "mesh": t["mesh"],
-        "assemble": t["assemble"],
-        "condense": t["condense"],
-        "newton": t["newton"],
-        "iteration": t["newton"] / best.iterations,
-        "elastic": factor,
-        "analysis/elastic": (t["condense"] + t["newton"]) / factor,
-        "factor/iteration": factor / (t["newton"] / best.iterations),
-    }
+    factorization = best_of(3 if K.shape[0] < 50_000 else 2, factorize)
+    entry = 12  # bytes: a number and its row
+    solve = best_of(2, lambda: factors[0].solve(load))
+    return {"factorization": factorization, "elastic": factorization + solve, "factor": entry * factors[0].nnz / 2**20}
 
 
-def law(points: int = 200_000) -> dict[str, float]:
+def law(points: int = 200_000) -> Row:
     """Cost of `update` and of the traction alone, microseconds a point."""
     plane = CrackPlane(Concrete.preset("reinhardt"), 0.3)
     random = np.random.default_rng(1)
@@ -87,20 +148,165 @@ def law(points: int = 200_000) -> dict[str, float]:
     return {"update": 1e6 * update / points, "traction": 1e6 * traction / points, "ratio": update / traction}
 
 
-def main(large: bool = False) -> dict[str, dict[str, float]]:
-    """Print the tables and return them."""
-    table = {}
-    for name, sizes in (SIZES | LARGE if large else SIZES).items():
-        table[name] = analysis(*sizes)
-        if len(table) == 1:
-            print(f"{'':8s}" + "".join(f"{column:>17s}" for column in table[name]))
-        print(f"{name:8s}" + "".join(f"{value:17.4g}" for value in table[name].values()), flush=True)
-    table["law"] = law()
-    print("law, microseconds a point: " + ", ".join(f"{name} {value:.3g}" for name, value in table["law"].items()))
-    return table
+def command(size: Size | None, repeats: int = 3) -> Row:
+    """Seconds of `cohesive run notched-beam` from its start to its exit, and where they go.
+
+    Imports are those of a process that does nothing else, frames the difference to a run that writes none.
+    """
+
+    def process(*arguments: str) -> float:
+        return best_of(1, lambda: subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL))
+
+    def run(folder: str, *more: str) -> tuple[float, Row]:
+        sets = [word for key, value in changes(size).items() for word in ("--set", f"{key}={value}")] if size else []
+        seconds = process("-m", "cohesive", "run", "notched-beam", "-o", folder, *sets, *more)
+        return seconds, json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))["timings"]
+
+    codes = ("pass", "import cohesive.cli, gmsh", "import cohesive.cli, gmsh, cohesive.plots")
+    with tempfile.TemporaryDirectory() as folder:
+        loads: list[list[float]] = []
+        runs, bare = [], []
+        for _ in range(repeats):
+            loads.append([process("-c", code) for code in codes])
+            runs.append(run(folder))
+            bare.append(run(folder, "--set", "output.frames=0"))
+    python, libraries, drawing = (min(column) for column in zip(*loads, strict=True))
+    whole, timings = min(runs, key=lambda entry: entry[0])
+    pictures = min(timings["output"] for _, timings in bare)
+    row = {
+        "interpreter": python,
+        "numpy, scipy, gmsh, ...": libraries - python,
+        "matplotlib": drawing - libraries,
+        "mesh": timings["mesh"],
+        "assemble, condense": timings["assemble"] + timings["condense"],
+        "Newton, history": timings["newton"],
+        "pictures": pictures,
+        "frames": timings["output"] - pictures,
+    }
+    return row | {"scene, summary, exit": whole - sum(row.values()), "whole command": whole}
+
+
+def _apart(function: Callable[..., Row], *arguments: object) -> Row:
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()
+
+
+def _memory() -> float:
+    """Peak memory of this process, MB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def _table(title: str, columns: Sequence[str], rows: Mapping[str, Sequence[float]]) -> dict[str, Row]:
+    """Print a table and return it."""
+    widths = [max(10, len(column) + 2) for column in columns]
+    print(f"\n{title}\n{'':26s}" + "".join(f"{c:>{w}s}" for c, w in zip(columns, widths, strict=True)))
+    for name, values in rows.items():
+        cells = (f"{v:>{w},.0f}" if v >= 100 else f"{v:>{w}.3g}" for v, w in zip(values, widths, strict=True))
+        print(f"{name:26s}" + "".join(cells), flush=True)
+    return {name: dict(zip(columns, values, strict=True)) for name, values in rows.items()}
+
+
+def main(large: bool = False, sizes: Mapping[str, Size] = SIZES) -> dict[str, dict[str, Row]]:
+    """Measure, print the tables and return them."""
+    sizes = {**sizes, **(LARGE if large else {})}
+    done = {name: analysis(size) | sparse(size) for name, size in sizes.items()}
+    found = {}
+    found["analysis"] = _table(
+        "Whole analysis, condense + Newton, over one elastic solve (60 steps; seconds)",
+        ("unknowns", "active", "mesh", "assemble", "condense", "Newton", "elastic solve", "ratio"),
+        {
+            name: [*(r[key] for key in ("unknowns", "active", "mesh", "assemble", "condense", "newton", "elastic")),
+                   (r["condense"] + r["newton"]) / r["elastic"]]
+            for name, r in done.items()
+        },
+    )  # fmt: skip
+    found["iteration"] = _table(
+        "One sparse factorization over one condensed iteration (ms)",
+        ("unknowns", "active", "factorization", "iteration", "ratio"),
+        {
+            name: [r["unknowns"], r["active"], 1e3 * r["factorization"], 1e3 * r["iteration"],
+                   r["factorization"] / r["iteration"]]
+            for name, r in done.items()
+        },
+    )  # fmt: skip
+    found["memory"] = _table(
+        "Peak memory of the analysis over the size of the sparse factor (MB; the libraries alone take the first column)",
+        ("loaded", "peak", "factor", "peak/factor", "(peak - loaded)/factor"),
+        {
+            name: [r["loaded"], r["peak"], r["factor"], r["peak"] / r["factor"], (r["peak"] - r["loaded"]) / r["factor"]]
+            for name, r in done.items()
+        },
+    )
+    return found
+
+
+def comparisons(
+    both: Mapping[str, Size] = BOTH, bulk: Mapping[str, Size] = BULK, crack: Mapping[str, Size] = CRACK
+) -> dict[str, dict[str, Row]]:
+    """Both ways of Newton, growth with bulk and crack, and the law: print the tables and return them."""
+    rows = {}
+    for name, size in both.items():
+        none, condensed = (analysis(size, reduction, BOTH_STEPS) for reduction in ("none", "condensed"))
+        once = condensed["condense"] + condensed["newton"]
+        pair = (none["iteration"], condensed["iteration"])
+        rows[name] = [
+            none["unknowns"],
+            none["newton"],
+            once,
+            none["newton"] / once,
+            *(1e3 * s for s in pair),
+            pair[0] / pair[1],
+        ]
+    columns = ("unknowns", "sparse (s)", "condensed (s)", "ratio", "iteration, sparse (ms)", "condensed (ms)", "per iteration")
+    title = f"Sparse Newton over condense + condensed Newton, and per iteration ({BOTH_STEPS} steps)"
+    found = {"newton": _table(title, columns, rows)}
+    for key, title, sizes in (
+        ("bulk", "Growth with the bulk: the same crack, elements far from it smaller; to the first row", bulk),
+        ("crack", "Growth with the crack: its elements smaller in about the same bulk; to the first row", crack),
+    ):
+        done = {name: analysis(size) for name, size in sizes.items()}
+        first = next(iter(done.values()))
+        found[key] = _table(
+            title,
+            ("unknowns", "active", "iterations", "iteration (ms)", "unknowns, ratio", "active, ratio", "iteration, ratio"),
+            {
+                name: [r["unknowns"], r["active"], r["iterations"], 1e3 * r["iteration"],
+                       *(r[key] / first[key] for key in ("unknowns", "active", "iteration"))]
+                for name, r in done.items()
+            },
+        )  # fmt: skip
+    cost = law()
+    title = "The law at a point: traction, tangent and history over the traction alone (microseconds a point)"
+    found["law"] = _table(title, ("update", "traction", "ratio"), {"CrackPlane": list(cost.values())})
+    return found
+
+
+def million() -> dict[str, dict[str, Row]]:
+    """One run with a million unknowns: print its times and memory, and return them."""
+    r = analysis(MILLION)
+    columns = ("unknowns", "active", "mesh", "assemble", "condense", "newton", "peak")
+    title = "A million unknowns: seconds, and peak memory in MB"
+    return {"million": _table(title, columns, {"T3 1e6": [r[column] for column in columns]})}
+
+
+def split() -> dict[str, dict[str, Row]]:
+    """Where the seconds of the command go: print them for two sizes of the beam, and return them."""
+    columns = {"as it is": command(None), "1e5 unknowns": command(SIZES["T3 1e5"], 2)}
+    rows = {part: [row[part] for row in columns.values()] for part in columns["as it is"]}
+    return {"command": _table("From `cohesive run notched-beam` to its exit, seconds", tuple(columns), rows)}
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--large", action="store_true", help="also quadrilaterals and second order")
-    main(parser.parse_args().large)
+    parser.add_argument("--large", action="store_true", help="also 1e5 unknowns with other elements and with the band")
+    parser.add_argument("--million", action="store_true", help="only one run with 1e6 unknowns: a minute or two, 7 GB")
+    parser.add_argument("--command", action="store_true", help="only where the seconds of the command go")
+    options = parser.parse_args()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command does
+    if options.million:
+        million()
+    elif options.command:
+        split()
+    else:
+        main(options.large)
+        comparisons()

@@ -9,6 +9,7 @@ import pytest
 
 from examples import (
     aggregate_interlock,
+    benchmark,
     crack_that_bends,
     law_at_a_point,
     one_crack_in_tension,
@@ -148,3 +149,23 @@ def test_index_names_every_example_with_its_figure() -> None:
         name = module.__name__.removeprefix("examples.")
         assert f"python -m examples.{name}" in text and f"python -m examples.{name}" in str(module.__doc__)
         assert f"figures/{name}.png" in text and is_drawn(FOLDER / "figures" / f"{name}.png")
+
+
+def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its tables, not its times."""
+    monkeypatch.setattr(benchmark, "_apart", lambda function, *arguments: function(*arguments))
+    small, wide = ((2.5, far, "triangle", 1, "discrete") for far in (12.0, 6.0))
+    fine, band = (1.25, 12.0, "triangle", 1, "discrete"), (2.5, 12.0, "triangle", 1, "smeared")
+    tables = benchmark.main(sizes={"T3": small, "band": band})
+    tables |= benchmark.comparisons({"T3": small}, {"small": small, "wide": wide}, {"small": small, "fine": fine})
+    assert set(tables) == {"analysis", "iteration", "memory", "newton", "bulk", "crack", "law"}
+    assert all(value > 0 for table in tables.values() for row in table.values() for value in row.values())
+    assert tables["bulk"]["wide"]["active, ratio"] == 1 < tables["bulk"]["wide"]["unknowns, ratio"]
+    # 10 and 20 elements along the crack, an unknown for each of two jumps at each node but the tip, drive and gauge
+    assert 1.7 < tables["crack"]["fine"]["active, ratio"] < 2.0
+    steps = {
+        line.split()[0]
+        for line in capsys.readouterr().out.splitlines()
+        if line.startswith(("T3", "band", "small", "wide", "fine", "CrackPlane"))
+    }
+    assert steps == {"T3", "band", "small", "wide", "fine", "CrackPlane"}
