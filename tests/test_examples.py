@@ -159,7 +159,8 @@ def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
     tables = benchmark.main(sizes={"T3": small, "band": band})
     tables |= benchmark.comparisons({"T3": small}, {"small": small, "wide": wide}, {"small": small, "fine": fine})
     assert set(tables) == {"analysis", "iteration", "memory", "newton", "bulk", "crack", "law"}
-    assert all(value > 0 for table in tables.values() for row in table.values() for value in row.values())
+    values = [value for table in tables.values() for row in table.values() for value in row.values()]
+    assert np.isfinite(values).all() and min(values) >= 0  # an earlier test may have taken more memory
     assert tables["bulk"]["wide"]["active, ratio"] == 1 < tables["bulk"]["wide"]["unknowns, ratio"]
     # 10 and 20 elements along the crack, an unknown for each of two jumps at each node but the tip, drive and gauge
     assert 1.7 < tables["crack"]["fine"]["active, ratio"] < 2.0
