@@ -11,7 +11,7 @@ import numpy as np
 from .linear import NotConverged
 from .pointlaw import PointFailure
 from .problem import Problem, State
-from .solver import Trial, advance, advance_to_onset, settle
+from .solver import Trial, advance, advance_to_onset, most_iterations, settle
 
 CONTROLS = ("opening", "sliding", "load", "driven", "dissipation")
 
@@ -32,8 +32,9 @@ DEFAULT_STEPS = 50
 SMALLEST_STEP = 2.0**-10
 #: step, as a part of the nominal one, in which a crack that has no equilibrium close by may snap to the next one
 SNAP_STEP = 1.0 / 16.0
-#: a step that needed no more iterations lets the next one grow
-EASY_ITERATIONS = 6
+#: a step that needed no more than this part of the iterations that it may take lets the next one grow back to the nominal
+#: step, and one that needed no more than the second part lets it grow beyond
+EASY, VERY_EASY = 0.25, 0.1
 #: the first step after a reversal, as a part of the nominal one (unless there are fewer steps than that)
 REVERSAL_STEP = 0.25
 
@@ -156,6 +157,7 @@ class March:
     problem: Problem
     stages: list[Stage]
     record: Callable[[State], dict[str, float]]
+    largest_step: float = 1.0  # up to which multiple of the nominal step a step may grow
     notes: list[str] = field(default_factory=list)
     _peak: float = field(default=0.0, init=False)  # largest load so far
     _largest: float = field(default=1e-300, init=False)  # and largest of either sign
@@ -292,8 +294,15 @@ class March:
             if reached:
                 self._reached = True
                 return
-            if trial.iterations <= EASY_ITERATIONS:
-                size = min(2.0 * size, nominal)
+            size = self._next(size, trial.iterations, nominal)
+
+    def _next(self, size: float, iterations: int, nominal: float) -> float:
+        """Size of the step after one that took so many iterations."""
+        effort = iterations / most_iterations(self.problem)
+        if effort > EASY:
+            return max(0.5 * size, nominal) if size > nominal else size
+        most = nominal * (self.largest_step if effort <= VERY_EASY else 1.0)
+        return min(2.0 * size, most) if size < most else size
 
     def _trace_back(self, state: State, stage: Stage, number: int, nominal: float, target: float, event: Any) -> list[Step]:
         """Steps by dissipation from where the controlled motion must go back, until it advances again; none if they fail.

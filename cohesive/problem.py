@@ -54,6 +54,7 @@ class Problem:
     spring : stiffness that resists the first drive, N/mm
     rest : motion of the first drive at which the spring is unstressed, mm; None: it does not act yet
     taken : motion of the first drive at which the spring took over the force there was, mm
+    secant : whether the points give the tangents of their unloading branches in every iteration
     """
 
     law: PointLaw
@@ -68,6 +69,7 @@ class Problem:
     spring: float = 0.0
     rest: float | None = None
     taken: float = 0.0
+    secant: bool = False
 
     @property
     def full_strength(self) -> float:

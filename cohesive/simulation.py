@@ -125,6 +125,7 @@ def build(scene: Scene) -> Model:
         measures,
         scene.solver.tol,
         spring=getattr(scene.specimen, "restraint", 0.0),
+        secant=scene.solver.tangent == "secant",
     )
     if not problem.is_held():
         raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
@@ -165,7 +166,7 @@ def run(
     reference = load_reference(scene)
     built = build(scene)
     _check_stages(scene, built.problem, built.cracks.width)
-    march = March(built.problem, scene.stages, built.record)
+    march = March(built.problem, scene.stages, built.record, scene.solver.largest_step)
     if built.is_smeared and (warning := band_note(scene, built.cracks.width)):
         march.notes.append(warning)
     if isinstance(scene.specimen, Specimen) and scene.specimen.is_off_the_notch():

@@ -17,12 +17,19 @@ from .problem import Problem, State
 Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 25
+#: with the secant tangent, which converges linearly
+MAX_SECANT_ITERATIONS = 1000
 #: damped steps in which a snapping crack must come to rest
 SETTLING_STEPS = 60
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
 #: where a point has no solution, which is costly to find out, it gives up sooner
 SMALLEST_BEFORE_FAILURE = 0.05
+
+
+def most_iterations(problem: Problem) -> int:
+    """After which a step is given up."""
+    return MAX_SECANT_ITERATIONS if problem.secant else MAX_ITERATIONS
 
 
 @dataclass(frozen=True)
@@ -128,9 +135,11 @@ def _newton(
 ) -> Trial:
     """Newton's method with the crack planes that there are."""
 
+    limit = most_iterations(problem)
+
     def at(v: Array, load: float, frozen: bool = False) -> _Iterate:
         deformation = problem.points.deformation(v)
-        points, tangent = problem.law.update(deformation, start.points, frozen)
+        points, tangent = problem.law.update(deformation, start.points, frozen or problem.secant)
         stress = points.stress
         if damping:
             tangent = tangent + damping * np.eye(tangent.shape[1])
@@ -145,7 +154,7 @@ def _newton(
         now = at(guess.v, guess.load, frozen=reversal)
         residuals: list[float] = []
         correction = np.inf
-        for iteration in range(MAX_ITERATIONS + 1):
+        for iteration in range(limit + 1):
             error = float(np.linalg.norm(now.residual))
             residuals.append(error / now.scale)
             if not np.isfinite(error):
@@ -155,7 +164,7 @@ def _newton(
             balanced = error <= max(problem.tol * now.scale, min(rounding, 1e-6 * now.scale))
             if balanced and abs(now.gap) <= problem.tol and correction <= problem.tol:
                 return Trial(_state(problem, start, now), iteration, residuals)
-            if iteration == MAX_ITERATIONS:
+            if iteration == limit:
                 break
             entries = problem.entries(now.tangent)
             step = problem.stiffness.solve(
@@ -176,7 +185,7 @@ def _newton(
     worst = int(np.argmax(problem.points.weights * change))
     values = ", ".join(f"{value:.3g}" for value in now.points.deformation[worst])
     raise NotConverged(
-        f"no convergence in {MAX_ITERATIONS} iterations: relative residual {residuals[-1]:.1e}, correction "
+        f"no convergence in {limit} iterations: relative residual {residuals[-1]:.1e}, correction "
         f"{correction:.1e}, tolerance {problem.tol:.0e}; the point that changed most is at {problem.place(worst)}, "
         f"{problem.law.quantity} ({values})"
     )
