@@ -7,6 +7,7 @@ import os
 import sys
 import tomllib
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -64,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     p = commands.add_parser("run", help="run a scene", description="Run a scene and write curve, pictures and fields.")
     _add_scene(p, "the scene's name")
     p.add_argument("--model", help="discrete or smeared, overrides model.kind")
+    p.add_argument("--accuracy", metavar="A", help="choose mesh, steps and solver for a relative error, as in 1%% or 0.01")
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in material.Gf=0.1")
     p.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
     p.set_defaults(command=_run)
@@ -85,6 +87,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_scene(p, "the scene's name and -trade")
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, as in model.kind=smeared")
+    p.add_argument("--knobs", metavar="LIST", help="turn these only, as in 'crack size, steps' (default: all that it has)")
+    p.add_argument("--dask", metavar="ADDRESS", help="run the trials on a Dask cluster: its scheduler's address, or local")
     p.set_defaults(command=_trade)
 
     p = commands.add_parser("law", help="draw and tabulate the law at a point")
@@ -112,6 +116,15 @@ def _run(options: argparse.Namespace) -> int:
         scene = scene.with_(**{"model.kind": options.model})
     folder = Path(options.output or Path(options.scene).stem)
     make_folder(folder)  # refused now, not after an hour
+    notes = []
+    if options.accuracy is not None:
+        from .accuracy import settings_for  # with multiprocessing, which a plain run need not load
+
+        choice = settings_for(scene, options.accuracy, _trade_folder(options.scene) / "trade.csv")
+        if both := sorted(set(choice.changes) & set(_assignments(options.set))):
+            raise SceneError(f"--set {both[0]}: --accuracy chooses it; expected one of the two")
+        scene, notes = scene.with_(**choice.changes), [choice.text]
+        print(choice.text, flush=True)
     status = 0
     with tqdm(total=_expected_steps(scene), unit="step", disable=not sys.stderr.isatty(), leave=False) as bar:
         try:
@@ -122,6 +135,7 @@ def _run(options: argparse.Namespace) -> int:
                 raise
             result = partial_result
             status = _status(error)
+    result.notes[:0] = notes
     try:
         result.save(folder)
     finally:  # the numbers are there, whatever became of the files
@@ -157,19 +171,24 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _trade(options: argparse.Namespace) -> int:
-    from .trade import Trial, trade  # with multiprocessing, which the other commands need not load
+    from .cluster import dask_executor
+    from .trade import Trial, trade
 
     scene = Scene.load(options.scene).with_(**_assignments(options.set))
-    folder = Path(options.output or f"{Path(options.scene).stem}-trade")
+    knobs = [knob.strip() for knob in options.knobs.split(",")] if options.knobs else None
+    folder = Path(options.output) if options.output else _trade_folder(options.scene)
     make_folder(folder)
-    with tqdm(unit="run", disable=not sys.stderr.isatty(), leave=False) as bar:
+    with (
+        dask_executor(options.dask) if options.dask else nullcontext() as executor,
+        tqdm(unit="run", disable=not sys.stderr.isatty(), leave=False) as bar,
+    ):
 
         def on_trial(trial: Trial) -> None:
             bar.update()
             bar.set_postfix_str(trial.label)
 
         try:
-            found = trade(scene, on_trial=on_trial)
+            found = trade(scene, executor, on_trial, knobs)
         except NotConverged as error:
             print(f"cohesive: the reference did not converge: {error}", file=sys.stderr)
             return _STOPPED
@@ -179,6 +198,11 @@ def _trade(options: argparse.Namespace) -> int:
         print(found.summary())
     print(f"files: {folder}/  (trade.csv, trade.png, trade.txt)")
     return 0
+
+
+def _trade_folder(scene: str) -> Path:
+    """Where `trade` leaves its files, and `run --accuracy` looks for them."""
+    return Path(f"{Path(scene).stem}-trade")
 
 
 def _reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]], None]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -107,27 +109,51 @@ def comparison_figure(comparison: Comparison) -> Figure:
 def trade_figure(trade: Trade) -> Figure:
     """Error over CPU time of every setting, both logarithmic, numbered as in the list beside it; the line joins those
     that none beats in both."""
-    figure = new_figure(11.0, 6.0)
-    axes, side = figure.subplots(1, 2, width_ratios=[2.0, 1.0])
-    front, floor = trade.front(), 1e-5
-    trials = [(trial, trial.cost) for trial in trade.trials if trial.cost is not None]
-    trials.sort(key=lambda entry: -entry[0].error)
+    figure = new_figure(12.5, 7.0)
+    axes, side = figure.subplots(1, 2, width_ratios=[1.9, 1.0])
+    front = trade.front()
+    trials = [(trial, trial.cost.cpu, trade.promise(trial)) for trial in trade.trials if trial.cost is not None]
+    trials.sort(key=lambda entry: -entry[2])
     side.axis("off")
-    for i, (trial, cost) in enumerate(trials):
-        colour = "C3" if trial in front else "0.35"
-        x, y = cost.cpu, max(trial.error, floor)
-        axes.loglog(x, y, "o", color=colour, markersize=4)
-        axes.annotate(str(i + 1), (x, y), textcoords="offset points", xytext=(4, 3), fontsize=7, color=colour)
+    colours = ["C3" if trial in front else "0.35" if trial.is_same_problem else "C0" for trial, _, _ in trials]
+    for i, ((trial, x, y), colour) in enumerate(zip(trials, colours, strict=True)):
+        axes.loglog(x, y, "o" if trial.is_same_problem else "s", color=colour, markersize=4)
         line = 1.0 - (i + 0.5) / max(len(trials), 24)
-        label = trial.label if len(trial.label) < 60 else trial.label[:57] + "..."
-        side.text(0.0, line, f"{i + 1:2d}", fontsize=8, color=colour, va="center", transform=side.transAxes)
-        side.text(0.08, line, label, fontsize=8, color=colour, va="center", transform=side.transAxes)
-    steps = [(trial.cost.cpu, max(trial.error, floor)) for trial in front if trial.cost is not None]
+        words = textwrap.fill(trial.label, 66)
+        side.text(0.0, line, f"{i + 1:2d}", fontsize=7.5, color=colour, va="center", transform=side.transAxes)
+        side.text(0.07, line, words, fontsize=7.5, color=colour, va="center", transform=side.transAxes)
+    steps = [(x, y) for trial, x, y in trials if trial in front]
     axes.loglog(*zip(*steps, strict=True), color="C3", linewidth=0.8, label="none is better in both")
+    axes.loglog([], [], "s", color="C0", markersize=4, label="another problem: other model or material")
     axes.axhline(trade.own_error, color="0.6", linestyle=":", label="error of the reference itself")
-    axes.set(xlabel="CPU time (s)", ylabel="largest relative error in peak, energy and curve", title=trade.scene.title)
+    error = "largest relative error in peak, energy and curve, with that of the reference added"
+    axes.set(xlabel="CPU time (s)", ylabel=error, title=trade.scene.title)
     axes.legend(frameon=False, loc="upper right")
+    figure.draw_without_rendering()  # places the axes, and with them the points
+    _number(axes, np.array([(x, y) for _, x, y in trials]), colours)
     return figure
+
+
+def _number(axes: Axes, points: Array, colours: Sequence[str]) -> None:
+    """The numbers of points, each in the nearest place where it covers no point and no other number, with a line to its
+    point where that is not beside it."""
+    at = axes.transData.transform(points) * 72.0 / axes.figure.dpi  # printer's points, whatever the resolution
+    box = np.array([9.0, 7.0])  # half of a number and the gap around it
+    taken = [*at]
+    around = np.radians(45.0 * np.arange(1, 9))
+    ways = np.stack([np.cos(around), np.sin(around)], axis=1) * box
+    shifts = np.concatenate([r * ways for r in np.arange(1.0, 12.0, 0.5)])
+    for i, (point, place, colour) in enumerate(zip(points, at, colours, strict=True)):
+        room = np.where(np.arange(len(taken))[:, None] < len(at), 0.6, 1.2) * box  # to points, and to numbers
+        free = [shift for shift in shifts if (abs(taken - place - shift) >= room).any(axis=1).all()]
+        shift = free[0] if free else ways[0]
+        taken.append(place + shift)
+        far = bool(abs(shift / box).max() > 1.2)
+        line = {"arrowstyle": "-", "color": colour, "linewidth": 0.4, "shrinkA": 0.0, "shrinkB": 1.0} if far else None
+        axes.annotate(
+            str(i + 1), point, shift, textcoords="offset points", fontsize=7, color=colour, ha="center", va="center",
+            arrowprops=line,
+        )  # fmt: skip
 
 
 def save_deformed(result: Result, path: Path) -> None:

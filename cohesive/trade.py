@@ -4,43 +4,46 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import multiprocessing
 import os
 import resource
 import sys
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from meshing import MeshError
-from meshing.cracks import path_length
 
 from .curves import Curve, Pair, curve_of
+from .knobs import PHYSICS, Settings, changes, label, single
 from .linear import NotConverged
-from .model import default_width
 from .result import make_folder, write_file, write_text
 from .scene import Scene, SceneError
 from .simulation import run
-
-Changes = dict[str, Any]
 
 #: errors for which the cheapest setting is named
 ACCURACIES = (0.05, 0.01, 0.002)
 #: what the error of a setting is the largest of
 _MEASURES = ("peak", "energy", "curve_distance")
-#: a setting joins a combination for an accuracy if turned alone it spends no more than this part of it
-_SHARE = 0.4
+#: all that is measured
+_ERRORS = ("peak", "opening_at_peak", "energy", "curve_distance")
+#: a setting joins a combination for an accuracy if turned alone it loses no more than this part of it
+_SHARE = 0.25
 #: and if it takes less than this part of the CPU time
-_WORTH = 0.95
+_WORTH = 0.9
+#: CPU times up to this ratio are alike: the machine has other things to do
+_ALIKE = 1.2
+#: errors on another scene of the same kind are taken for larger by this factor
+_ELSEWHERE = 3.0
 #: short runs are repeated for so many seconds, and the shortest counts
 _REPEATED = 0.5
-#: the reference is finer by this factor in everything, and its own error is that against one finer still
-_FINER = 2.0
+#: the reference is finer by the larger factor in everything, and its error is that of the smaller one against it
+_FINER = (2.0, 4.0)
 
 
 @dataclass(frozen=True)
@@ -55,22 +58,27 @@ class Cost:
 
 @dataclass(frozen=True)
 class Trial:
-    """One setting: its changes to the scene, relative errors by measure, cost; or why it failed."""
+    """One setting: the knobs that it turns, relative errors by measure, cost; or why it failed."""
 
-    label: str
-    changes: Changes
+    settings: Settings
     errors: dict[str, float] = field(default_factory=dict)
     cost: Cost | None = None
     failure: str = ""
 
     @property
+    def label(self) -> str:
+        """The settings as words."""
+        return label(self.settings)
+
+    @property
     def error(self) -> float:
         """The largest of the errors in peak, energy and curve distance; without a run, infinite."""
-        return (
-            max((self.errors[name] for name in ("peak", "energy", "curve_distance")), default=np.inf)
-            if self.errors
-            else np.inf
-        )
+        return max(self.errors[name] for name in _MEASURES) if self.errors else np.inf
+
+    @property
+    def is_same_problem(self) -> bool:
+        """Whether model and material are those of the scene."""
+        return not any(knob in self.settings for knob in PHYSICS)
 
 
 @dataclass(frozen=True)
@@ -81,8 +89,8 @@ class Trade:
     ----------
     scene : Scene
     reference : peak (N), opening_at_peak (mm), energy (N mm) of the reference
-    own_error : of the reference, against one finer still
-    trials : list of Trial, the scene as it is first
+    own_error : of the reference: how far a run lies from it that is half as fine in everything
+    trials : list of Trial, the scene as it is first, the reference last
     """
 
     scene: Scene
@@ -91,40 +99,63 @@ class Trade:
     trials: list[Trial]
 
     def front(self) -> list[Trial]:
-        """Trials that no other one beats in both error and CPU time, cheapest first."""
+        """Trials that no other one beats in both error and CPU time, cheapest first; those of another problem do not count."""
         front: list[Trial] = []
-        for trial in sorted((t for t in self.trials if t.cost), key=lambda t: (t.cost.cpu, t.error)):  # type: ignore[union-attr]
-            if not front or trial.error < front[-1].error:
+        runs = [(trial.cost.cpu, trial.error, trial) for trial in self.trials if trial.cost and trial.is_same_problem]
+        for _, error, trial in sorted(runs, key=lambda entry: entry[:2]):
+            if not front or error < front[-1].error:
                 front.append(trial)
         return front
 
-    def cheapest(self, accuracy: float) -> Trial | None:
-        """The cheapest trial with an error, the reference's own one added, of at most `accuracy`."""
-        good = [trial for trial in self.front() if trial.error + self.own_error <= accuracy]
-        return good[0] if good else None
+    def promise(self, trial: Trial, elsewhere: bool = False) -> float:
+        """Error of a trial with that of the reference added.
+
+        With `elsewhere`, what its settings promise on another scene of the kind. There errors that cancel here may add up, so
+        that a combination counts with what each of its settings loses alone; and they are taken for larger.
+        """
+        if not elsewhere:
+            return trial.error + self.own_error
+        error = trial.error
+        if len(trial.settings) > 1:
+            alone = {label(each.settings): each.error for each in self.trials}
+            parts = [label({knob: value}) for knob, value in trial.settings.items()]
+            base = alone["as it is"]
+            start = next((alone[part] for part in parts if part.startswith("finer")), base)
+            lost = sum(max(0.0, alone[part] - base) for part in parts if part in alone and not part.startswith("finer"))
+            error = max(error, start + lost)
+        return _ELSEWHERE * error + self.own_error
+
+    def cheapest(self, accuracy: float, elsewhere: bool = False) -> Trial | None:
+        """The cheapest trial that promises at most this error; of those that are as cheap, the most accurate."""
+        runs = [(trial, trial.cost.cpu) for trial in self.trials if trial.cost and trial.is_same_problem]
+        good = [(trial, cpu) for trial, cpu in runs if self.promise(trial, elsewhere) <= accuracy]
+        fastest = min((cpu for _, cpu in good), default=0.0)
+        alike = [trial for trial, cpu in good if cpu <= _ALIKE * fastest]
+        return min(alike, key=lambda trial: self.promise(trial, elsewhere), default=None)
 
     def summary(self) -> str:
-        """Table of the front and the recommendations."""
+        """Table of all trials and the recommendations."""
+        width = max(len(trial.label) for trial in self.trials) + 2
         lines = [
             self.scene.title,
             f"reference: peak {self.reference['peak']:.5g} N, energy {self.reference['energy']:.5g} N mm; its own error "
             f"{100 * self.own_error:.2g} %",
-            f"{'setting':44s}{'error':>9s}{'peak':>9s}{'energy':>9s}{'distance':>9s}{'CPU s':>8s}{'MB':>6s}{'iter.':>7s}",
+            f"{'setting':{width}s}{'error':>9s}{'peak':>9s}{'energy':>9s}{'distance':>9s}{'CPU s':>8s}{'MB':>6s}{'iter.':>7s}",
         ]
         for trial in self.trials:
             if trial.cost is None:
-                lines.append(f"{trial.label:44s}  failed: {trial.failure}")
+                lines.append(f"{trial.label:{width}s}  failed: {trial.failure}")
                 continue
-            errors = "".join(
-                f"{100 * e:8.2f}%" for e in (trial.error, *(trial.errors[n] for n in ("peak", "energy", "curve_distance")))
+            errors = "".join(f"{100 * e:8.2f}%" for e in (trial.error, *(trial.errors[name] for name in _MEASURES)))
+            lines.append(
+                f"{trial.label:{width}s}{errors}{trial.cost.cpu:8.2f}{trial.cost.memory:6.0f}{trial.cost.iterations:7d}"
             )
-            lines.append(f"{trial.label:44s}{errors}{trial.cost.cpu:8.2f}{trial.cost.memory:6.0f}{trial.cost.iterations:7d}")
         for accuracy in ACCURACIES:
             best = self.cheapest(accuracy)
-            what = f"none of these; the reference itself is known to {100 * self.own_error:.2g} %"
+            what = f"none of these; the reference is known to {100 * self.own_error:.2g} %"
             if best is not None and best.cost is not None:
-                settings = " ".join(f"--set {key}={value}" for key, value in best.changes.items()) or "as it is"
-                what = f"{best.label}: {settings}  ({100 * best.error:.2g} %, {best.cost.cpu:.2f} s)"
+                keys = " ".join(f"--set {key}={value}" for key, value in changes(self.scene, best.settings).items())
+                what = f"{best.label}{': ' if keys else ''}{keys}  ({100 * best.error:.2g} %, {best.cost.cpu:.2f} s)"
             lines.append(f"cheapest for {100 * accuracy:g} %: {what}")
         return "\n".join(lines)
 
@@ -134,87 +165,125 @@ class Trade:
 
         folder = Path(folder)
         make_folder(folder)
-        text = io.StringIO()
-        rows = csv.writer(text, lineterminator="\n")
-        names = ("peak", "opening_at_peak", "energy", "curve_distance")
-        rows.writerow(["setting", "changes", "error", *names, "cpu_s", "wall_s", "memory_mb", "iterations", "failure"])
-        for trial in self.trials:
-            changes = " ".join(f"{key}={value}" for key, value in trial.changes.items())
-            if trial.cost is None:
-                rows.writerow([trial.label, changes, *[""] * 9, trial.failure])
-                continue
-            cost = [f"{trial.cost.cpu:.4g}", f"{trial.cost.wall:.4g}", f"{trial.cost.memory:.4g}", trial.cost.iterations]
-            errors = [f"{e:.6g}" for e in (trial.error, *(trial.errors[name] for name in names))]
-            rows.writerow([trial.label, changes, *errors, *cost, ""])
-        write_file(folder / "trade.csv", lambda path: write_text(path, text.getvalue()))
+        write_file(folder / "trade.csv", lambda path: write_text(path, self._csv()))
         write_file(folder / "trade.txt", lambda path: write_text(path, self.summary() + "\n"))
         write_file(folder / "trade.png", lambda path: save(trade_figure(self), path))
 
+    def _csv(self) -> str:
+        """A comment with the scene and the reference, then one row for each trial."""
+        text = io.StringIO()
+        facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
+        text.write(f"# {json.dumps(facts)}\n")
+        rows = csv.writer(text, lineterminator="\n")
+        rows.writerow(["setting", "error", *_ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "knobs"])
+        for trial in self.trials:
+            found: list[object] = [""] * 9
+            if trial.cost is not None:
+                found = [f"{e:.6g}" for e in (trial.error, *(trial.errors[name] for name in _ERRORS))]
+                found += [f"{trial.cost.cpu:.4g}", f"{trial.cost.wall:.4g}", f"{trial.cost.memory:.4g}", trial.cost.iterations]
+            rows.writerow([trial.label, *found, trial.failure, json.dumps(trial.settings)])
+        return text.getvalue()
 
-def trade(scene: Scene, executor: Executor | None = None, on_trial: Callable[[Trial], None] | None = None) -> Trade:
+    @classmethod
+    def load(cls, path: str | Path) -> Trade:
+        """The trade of a trade.csv; SceneError where it is none."""
+        try:
+            with open(path, newline="", encoding="utf-8") as file:
+                facts = json.loads(file.readline().removeprefix("#"))
+                trials = []
+                for row in csv.DictReader(file):
+                    found, cost = {}, None
+                    if not row["failure"]:
+                        found = {name: float(row[name]) for name in _ERRORS}
+                        cpu, wall, memory = (float(row[name]) for name in ("cpu_s", "wall_s", "memory_mb"))
+                        cost = Cost(cpu, wall, memory, int(row["iterations"]))
+                    trials.append(Trial(json.loads(row["knobs"]), found, cost, row["failure"]))
+            return cls(Scene(facts["scene"]), facts["reference"], float(facts["own_error"]), trials)
+        except OSError as error:
+            raise SceneError(f"'{path}': cannot be read: {error.strerror}") from None
+        except (ValueError, KeyError, TypeError) as error:
+            raise SceneError(f"'{path}': not a table of this version of `cohesive trade`: {error}") from None
+
+
+def trade(
+    scene: Scene,
+    executor: Executor | None = None,
+    on_trial: Callable[[Trial], None] | None = None,
+    knobs: Iterable[str] | None = None,
+) -> Trade:
     """Turn the knobs of a scene one at a time, then those that pay together.
 
-    Crack size, far size, order, shape, interface width (or the band's), quadrature, number of steps, Newton tolerance,
-    reduction; the smoothing of contact and the other model, which change the physics. Errors are relative to a reference
-    that is finer in everything.
+    Crack size, far size, order, shape, interface width (or the band's), quadrature, number of steps and how far they may
+    grow, Newton tolerance and tangent, reduction; the smoothing of contact and the other model, which change the physics.
+    Errors are relative to a reference that is finer in everything.
 
     Parameters
     ----------
     scene : Scene of a built-in specimen.
-    executor : runs the trials; default: processes of its own, one for each core.
+    executor : runs the trials, as that of a Dask client does; default: processes of its own, one for each core. In workers
+        that live on the memory of a trial is the largest so far.
     on_trial : called after each trial.
+    knobs : those that are turned, of `knobs.KNOBS`; default: all.
 
     Raises
     ------
     SceneError
-        For a mesh of the user's, which has no sizes to turn.
+        For a mesh of the user's, which has no sizes to turn, or an unknown knob.
     NotConverged
         If the reference fails.
     """
     if scene.sizes is None:
         raise SceneError("specimen.kind = 'mesh': a trade turns the sizes of the mesh; expected a built-in specimen")
-    own = executor is None
+    bare = Scene({key: value for key, value in scene.data.items() if key not in ("reference", "output")}, scene.folder)
     pool = executor or ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), max_tasks_per_child=1)
+    waiting: list[tuple[Settings, Future[tuple[Curve, Cost]]]] = []
+
+    def submit(settings: Iterable[Settings]) -> None:
+        waiting.extend((each, pool.submit(_measured, bare, each)) for each in settings)
+
+    def done(begin: int) -> list[Trial]:
+        found = []
+        for settings, future in waiting[begin:]:
+            try:
+                curve, cost = future.result()
+                trial = Trial(settings, errors(curve, reference), cost)
+            except (NotConverged, SceneError, MeshError) as error:
+                trial = Trial(settings, failure=str(error))
+            found.append(trial)
+            if on_trial is not None:
+                on_trial(trial)
+        return found
+
     try:
-        finer, finest = (_finer(scene, _FINER * factor) for factor in (1.0, _FINER))
-        futures = [pool.submit(_measured, scene.with_(**changes)) for changes in (finer, finest)]
-        (reference, _), (truth, _) = (future.result() for future in futures)
-        against_truth = _errors(reference, truth)
-        own_error = max(against_truth[name] for name in _MEASURES)
-        trials: list[Trial] = []
-
-        def all_of(settings: Sequence[tuple[str, Changes]]) -> None:
-            waiting = [(label, changes, pool.submit(_measured, scene.with_(**changes))) for label, changes in settings]
-            for label, changes, future in waiting:
-                try:
-                    curve, cost = future.result()
-                    trial = Trial(label, changes, _errors(curve, reference), cost)
-                except (NotConverged, SceneError, MeshError) as error:
-                    trial = Trial(label, changes, failure=str(error))
-                trials.append(trial)
-                if on_trial is not None:
-                    on_trial(trial)
-
-        all_of(_single(scene))
-        all_of(_combined(trials))
+        submit({"finer": factor} for factor in reversed(_FINER))  # the longest first
+        submit([{}, *single(bare, knobs)])
+        (reference, _), (half_as_fine, _) = (future.result() for _, future in waiting[:2])
+        own_error = max(errors(half_as_fine, reference)[name] for name in _MEASURES)
+        finest, finer, *trials = done(0)
+        begin = len(waiting)
+        submit(_combined(trials, own_error, (finer, finest)))
+        trials += [*done(begin), finer, finest]
     finally:
-        if own:
+        for _, future in waiting:
+            future.cancel()
+        if executor is None:
             pool.shutdown(cancel_futures=True)
     energy = Pair.of(reference, reference).energy(0)
     values = {"peak": reference.peak, "opening_at_peak": reference.opening_at_peak, "energy": energy}
-    return Trade(scene, values, own_error, trials)
+    return Trade(bare, values, own_error, trials)
 
 
-def _measured(scene: Scene) -> tuple[Curve, Cost]:
-    """Run a scene in a process of its own."""
+def _measured(scene: Scene, settings: Settings) -> tuple[Curve, Cost]:
+    """Run a setting, in a process of its own."""
     import gmsh  # noqa: F401  # loading it is no cost of the scene
 
+    scene = scene.with_(**changes(scene, settings))
     best_wall = best_cpu = np.inf
     begin = time.perf_counter()
     while time.perf_counter() - begin < _REPEATED or best_cpu == np.inf:  # what else the machine does only adds
         wall, cpu = time.perf_counter(), time.process_time()
         try:
-            result = run(scene.with_(**{"output.frames": 0}))
+            result = run(scene)
         except NotConverged as error:  # what it holds of the model does not travel between processes
             error.result = None
             raise
@@ -224,8 +293,8 @@ def _measured(scene: Scene) -> tuple[Curve, Cost]:
     return curve_of(result), Cost(best_cpu, best_wall, memory, result.iterations)
 
 
-def _errors(curve: Curve, reference: Curve) -> dict[str, float]:
-    """Relative errors of a curve."""
+def errors(curve: Curve, reference: Curve) -> dict[str, float]:
+    """Relative errors of a curve: in peak, opening at the peak, energy, and the curve distance."""
     pair = Pair.of(curve, reference)
     return {
         "peak": abs(curve.peak / reference.peak - 1.0),
@@ -235,96 +304,25 @@ def _errors(curve: Curve, reference: Curve) -> dict[str, float]:
     }
 
 
-def _width(scene: Scene) -> tuple[str, float]:
-    """Key and value of the crack plane's width."""
-    if scene.model.kind == "smeared":
-        return "band.width", scene.band_width
-    width = scene.interface.width
-    if isinstance(width, str):
-        return "interface.width", scene.material.h
-    return "interface.width", width or default_width(_crack_length(scene), scene.material)
-
-
-def _crack_length(scene: Scene) -> float:
-    return path_length("crack", scene.specimen.paths)  # type: ignore[union-attr]
-
-
-def _sized(scene: Scene, factor: float) -> Changes:
-    """Crack size times a factor; a band keeps square elements, and the far size stays above."""
-    assert scene.sizes is not None
-    size = scene.sizes.crack_size * factor
-    changes: Changes = {"mesh.crack_size": size, "mesh.far_size": max(size, scene.sizes.far_size)}
-    if scene.model.kind == "smeared" and scene.band.width is not None:
-        changes["band.width"] = scene.band.width * factor
-    return changes
-
-
-def _stepped(scene: Scene, factor: float) -> Changes:
-    changes: Changes = {}
-    for i, stage in enumerate(scene.stages):
-        if stage.step is not None:
-            changes[f"stage.{i}.step"] = stage.step / factor
-        else:
-            changes[f"stage.{i}.steps"] = max(1, round(stage.count(0.0) * factor))
-    return changes
-
-
-def _finer(scene: Scene, factor: float) -> Changes:
-    """Finer in everything."""
-    assert scene.sizes is not None
-    key, width = _width(scene)
-    far = max(scene.sizes.far_size / factor, scene.sizes.crack_size / factor)
-    changes = {"mesh.crack_size": scene.sizes.crack_size / factor, "mesh.far_size": far, "solver.tol": 1e-7}
-    return changes | {key: width / factor} | _stepped(scene, factor)
-
-
-def _single(scene: Scene) -> list[tuple[str, Changes]]:
-    """The scene as it is, and each knob alone."""
-    assert scene.sizes is not None
-    sizes = scene.sizes
-    key, width = _width(scene)
-    found: list[tuple[str, Changes]] = [("as it is", {})]
-    found += [(f"crack size x {f:g}", _sized(scene, f)) for f in (4.0, 2.0, 0.5)]
-    found += [(f"far size x {f:g}", {"mesh.far_size": max(sizes.far_size * f, sizes.crack_size)}) for f in (2.0, 0.5)]
-    found.append((f"order {3 - sizes.order}", {"mesh.order": 3 - sizes.order}))
-    shape = "quad" if sizes.shape == "triangle" else "triangle"
-    found.append((f"shape {shape}", {"mesh.shape": shape}))
-    found += [(f"width x {f:g}", {key: width * f}) for f in (4.0, 2.0, 0.5, 0.25)]
-    if scene.model.kind == "discrete":
-        quadrature = "gauss" if scene.interface.quadrature == "nodal" else "nodal"
-        found.append((f"quadrature {quadrature}", {"interface.quadrature": quadrature}))
-    found += [(f"steps x {f:g}", _stepped(scene, f)) for f in (0.125, 0.25, 0.5, 2.0)]
-    found += [(f"tolerance {tol:g}", {"solver.tol": tol}) for tol in (1e-2, 1e-3, 1e-6)]
-    if scene.solver.reduction != "none":
-        found.append(("reduction none", {"solver.reduction": "none"}))
-    found += [(f"smoothing c_zn {c:g}", {"material.c_zn": c}) for c in (5.0, 9.0, 50.0) if c != scene.material.c_zn]
-    other = "smeared" if scene.model.kind == "discrete" else "discrete"
-    found.append((f"model {other}", {"model.kind": other, "model.half": False}))
-    if getattr(scene.specimen, "is_symmetric", False) and scene.model.kind == "discrete" and not scene.model.half:
-        found.append(("half", {"model.half": True}))
-    return found
-
-
-def _combined(trials: Sequence[Trial]) -> list[tuple[str, Changes]]:
-    """For each accuracy the cheapest value of each knob whose own error leaves room for the others."""
+def _combined(trials: Sequence[Trial], own_error: float, finer: Sequence[Trial]) -> list[Settings]:
+    """For each accuracy the cheapest value of each knob whose own loss leaves room for the others, on the scene as it is,
+    or on a finer one where that does not reach the accuracy."""
     base = trials[0]
-    found: list[tuple[str, Changes]] = []
+    found: list[Settings] = []
     for accuracy in ACCURACIES:
+        start = next((each for each in (base, *finer) if each.error + own_error <= accuracy), None)
+        if start is None or base.cost is None:
+            continue
         by_knob: dict[str, Trial] = {}
         for trial in trials[1:]:
-            knob = trial.label.rsplit(" ", 1)[0].removesuffix(" x")
-            if (
-                knob in ("model", "smoothing c_zn")
-                or trial.cost is None
-                or base.cost is None
-                or trial.error > max(_SHARE * accuracy, base.error)
-            ):
+            if not trial.is_same_problem or trial.cost is None or trial.error > base.error + _SHARE * accuracy:
                 continue
+            (knob,) = trial.settings
             if trial.cost.cpu < min(_WORTH * base.cost.cpu, getattr(by_knob.get(knob), "cost", base.cost).cpu):
                 by_knob[knob] = trial
-        changes: Changes = {}
+        settings = dict(start.settings)
         for trial in by_knob.values():
-            changes |= trial.changes
-        if len(by_knob) > 1 and all(changes != old for _, old in found):
-            found.append((f"for {100 * accuracy:g} %: " + ", ".join(t.label for t in by_knob.values()), changes))
+            settings |= trial.settings
+        if len(settings) > 1 and settings not in found:
+            found.append(settings)
     return found
