@@ -19,6 +19,7 @@ EXAMPLES = (
     "discrete_and_smeared",
     "size_effect",
     "crack_that_bends",
+    "accuracy",
     "sandwich_panel",
     "reinhardt",
     "jacobsen",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from examples import (
+    accuracy,
     aggregate_interlock,
     benchmark,
     crack_that_bends,
@@ -141,6 +142,17 @@ def test_crack_that_bends(tmp_path: Path) -> None:
         np.testing.assert_allclose((crack.sliding / np.maximum(crack.opening, 1e-9))[wide], crack.kinematic[wide], atol=0.04)
         assert crack.balance < 5e-3
     assert is_drawn(tmp_path / "bent.png")
+
+
+def test_accuracy(tmp_path: Path) -> None:
+    as_it_is, *rows = accuracy.main(accuracies=(0.05, 0.01), finest=4.0, plot=tmp_path / "accuracy.png")
+    assert as_it_is.error > 0.005  # or there would be nothing to promise
+    for row in rows:
+        assert row.promised <= row.asked
+        # the truth of this test is half as fine as that of the example, and known to 0.1 %
+        assert row.error <= row.promised + 1e-3
+    assert rows[1].error < rows[0].error
+    assert is_drawn(tmp_path / "accuracy.png")
 
 
 def test_index_names_every_example_with_its_figure() -> None:
