@@ -116,12 +116,13 @@ def trade_figure(trade: Trade) -> Figure:
     trials.sort(key=lambda entry: -entry[2])
     side.axis("off")
     colours = ["C3" if trial in front else "0.35" if trial.is_same_problem else "C0" for trial, _, _ in trials]
-    for i, ((trial, x, y), colour) in enumerate(zip(trials, colours, strict=True)):
+    words = [textwrap.fill(trial.label, 66) for trial, _, _ in trials]
+    lines = np.array([1 + each.count("\n") for each in words])
+    places = 1.0 - (np.cumsum(lines) - 0.5 * lines) / max(lines.sum(), 26)
+    for i, ((trial, x, y), colour, place) in enumerate(zip(trials, colours, places, strict=True)):
         axes.loglog(x, y, "o" if trial.is_same_problem else "s", color=colour, markersize=4)
-        line = 1.0 - (i + 0.5) / max(len(trials), 24)
-        words = textwrap.fill(trial.label, 66)
-        side.text(0.0, line, f"{i + 1:2d}", fontsize=7.5, color=colour, va="center", transform=side.transAxes)
-        side.text(0.07, line, words, fontsize=7.5, color=colour, va="center", transform=side.transAxes)
+        side.text(0.0, place, f"{i + 1:2d}", fontsize=7.5, color=colour, va="center", transform=side.transAxes)
+        side.text(0.07, place, words[i], fontsize=7.5, color=colour, va="center", transform=side.transAxes)
     steps = [(x, y) for trial, x, y in trials if trial in front]
     axes.loglog(*zip(*steps, strict=True), color="C3", linewidth=0.8, label="none is better in both")
     axes.loglog([], [], "s", color="C0", markersize=4, label="another problem: other model or material")
@@ -138,7 +139,7 @@ def _number(axes: Axes, points: Array, colours: Sequence[str]) -> None:
     """The numbers of points, each in the nearest place where it covers no point and no other number, with a line to its
     point where that is not beside it."""
     at = axes.transData.transform(points) * 72.0 / axes.figure.dpi  # printer's points, whatever the resolution
-    box = np.array([9.0, 7.0])  # half of a number and the gap around it
+    box = np.array([9.5, 7.5])  # half of a number and the gap around it
     taken = [*at]
     around = np.radians(45.0 * np.arange(1, 9))
     ways = np.stack([np.cos(around), np.sin(around)], axis=1) * box
