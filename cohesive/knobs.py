@@ -9,7 +9,7 @@ from typing import Any
 
 from meshing.cracks import path_length
 
-from .loading import Stage
+from .loading import MOTIONS, Stage
 from .model import default_width
 from .scene import Scene, SceneError
 
@@ -25,8 +25,6 @@ KNOBS = (
     "crack size", "far size", "order", "shape", "width", "quadrature", "steps", "largest step", "tolerance", "tangent",
     "reduction", "half", *PHYSICS,
 )  # fmt: skip
-#: controls whose steps are lengths
-_LENGTHS = ("opening", "sliding", "driven")
 
 
 def label(settings: Settings) -> str:
@@ -173,7 +171,7 @@ def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
         j = min(i, len(like.stages) - 1)
         other, way_there = like.stages[j], _ways(like.stages)[j]
         count = other.count(way_there)
-        if stage.control in _LENGTHS and other.control in _LENGTHS:
+        if stage.control in MOTIONS and other.control in MOTIONS:
             count *= max(1.0, (way / opening) / (way_there / opening_there))
         if stage.step is not None:
             if not math.isclose(step := way / (count * factor), stage.step):

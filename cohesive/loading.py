@@ -21,7 +21,7 @@ WATCHED = (
     "contact_work", "load_ratio",
 )  # fmt: skip
 
-#: controls under which a crack that snaps back is followed by its dissipation
+#: controls that prescribe a motion, mm
 MOTIONS = ("opening", "sliding", "driven")
 
 #: what `unload` may go back to
@@ -341,8 +341,7 @@ class March:
                     )
                 return steps
             last = place
-            if trial.iterations <= EASY_ITERATIONS:
-                size = min(2.0 * size, largest)
+            size = min(self._next(size, trial.iterations, largest), largest)
         return []
 
     def _advance(self, state: State, control: str, value: float, reversal: bool) -> Trial:
