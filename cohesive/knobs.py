@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from meshing.cracks import path_length
-
 from .loading import MOTIONS, Stage
 from .model import default_width
 from .scene import Scene, SceneError
@@ -109,7 +107,7 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
         if scene.band.width is not None or width != crack:
             found["band.width"] = width
     elif _has_width(scene):
-        rule, rule_there = (default_width(crack_length(each), each.material) for each in (scene, like))
+        rule, rule_there = (default_width(each.crack_length, each.material) for each in (scene, like))
         there = like.interface.width
         factor = settings.get("width", 1.0) / finer * (there / rule_there if isinstance(there, float) else 1.0)
         if scene.interface.width is not None or factor != 1.0:
@@ -124,13 +122,8 @@ def distance(scene: Scene, like: Scene) -> float:
     return max(abs(math.log(ratio)) for ratio in _ratios(scene, like))
 
 
-def crack_length(scene: Scene) -> float:
-    """Length of the crack path of a built-in specimen, mm."""
-    return path_length("crack", scene.specimen.paths)  # type: ignore[union-attr]
-
-
 def _ratios(scene: Scene, like: Scene) -> tuple[float, float]:
-    lengths = crack_length(scene) / crack_length(like)
+    lengths = scene.crack_length / like.crack_length
     return lengths, scene.material.characteristic_length / like.material.characteristic_length
 
 

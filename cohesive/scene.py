@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from meshing import MeshError, MeshSizes, MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
+from meshing.cracks import path_length
 
 from .concrete import PRESETS, Concrete
 from .loading import Stage
@@ -39,6 +40,8 @@ SPECIMENS: dict[str, type[Specimen]] = {
     "single-crack": SingleCrack,
     "mesh": UserMesh,
 }
+#: default element sizes: elements along the crack, elements to E Gf / ft^2, and the far size over the crack size
+ELEMENTS_ALONG, ELEMENTS_IN_ZONE, COARSENING = 25, 15, 8.0
 _TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
 
 
@@ -83,9 +86,9 @@ class Scene:
             if "mesh" in self.data:
                 raise SceneError("mesh: a specimen of kind 'mesh' brings its own mesh; expected no [mesh] table")
             self.sizes = None
-        else:
-            self.sizes = _build(MeshSizes, _table(self.data, "mesh", required=True), "mesh")
         self.material = _material(_table(self.data, "material", required=True))
+        if not isinstance(self.specimen, UserMesh):
+            self.sizes = _build(MeshSizes, self._sizes(_table(self.data, "mesh")), "mesh")
         self.interface = _build(InterfaceOptions, _table(self.data, "interface"), "interface")
         self.model = _build(ModelOptions, _table(self.data, "model"), "model")
         self.band = _build(BandOptions, _table(self.data, "band"), "band")
@@ -167,6 +170,25 @@ class Scene:
             else:
                 raise SceneError(f"{key}: there is no such key in the scene")
         return Scene(data, self.folder)
+
+    @property
+    def crack_length(self) -> float:
+        """Length of the crack path of a built-in specimen, mm."""
+        assert not isinstance(self.specimen, UserMesh)
+        try:
+            return path_length("crack", self.specimen.paths)
+        except MeshError as error:
+            raise SceneError(f"specimen.{error}") from None
+
+    def _sizes(self, table: dict[str, Any]) -> dict[str, Any]:
+        """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
+        if "crack_size" not in table:
+            table["crack_size"] = min(
+                self.crack_length / ELEMENTS_ALONG, self.material.characteristic_length / ELEMENTS_IN_ZONE
+            )
+        if "far_size" not in table and _is_a(table["crack_size"], float):
+            table["far_size"] = COARSENING * table["crack_size"]
+        return table
 
     @property
     def band_width(self) -> float:

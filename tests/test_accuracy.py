@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from pathlib import Path
 
 import pytest
 
-from cohesive import Scene, SceneError
+from cohesive import Scene, SceneError, run
 from cohesive.accuracy import parse, settings_for, stored
 from cohesive.cli import main
+from cohesive.curves import curve_of
 from cohesive.knobs import changes
 from cohesive.scene import dump_toml
-from cohesive.trade import Cost, Trade, Trial
+from cohesive.trade import Cost, Trade, Trial, errors
 
 BEAM = Scene.load("notched-beam")
 BARE = Scene({key: value for key, value in BEAM.data.items() if key != "reference"})
@@ -140,3 +142,27 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert main(["run", "my.toml", "--accuracy", "banana"]) == 2
     err = capsys.readouterr().err
     assert err.startswith("cohesive: accuracy banana: expected a percentage") and len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("scale", "Gf"), [(1.0, 0.07), (8.0, 0.07), (1.0, 0.01)])
+def test_default_element_sizes_cost_less_than_one_percent(scale: float, Gf: float) -> None:
+    """The beam at E Gf / ft^2 of 9, 1.1 and 1.3 times its ligament, against elements of a quarter of the size."""
+    data = copy.deepcopy(Scene.load("notched-beam").data)
+    del data["mesh"], data["reference"]
+    for name in ("length", "span", "depth", "notch", "gauge"):
+        data["specimen"][name] *= scale
+    data["material"]["Gf"] = Gf
+    data["stage"][0]["to"] = 0.18 * scale**0.5 * (Gf / 0.07) ** 0.75
+    scene = Scene(data)
+    assert scene.sizes is not None
+    assert scene.sizes.crack_size == pytest.approx(25.0 * scale / 25.0)  # the ligament over 25: the zone is longer
+    assert scene.sizes.far_size == 8.0 * scene.sizes.crack_size
+    fine = scene.with_(**{"mesh.crack_size": scene.sizes.crack_size / 4, "mesh.far_size": scene.sizes.far_size / 4})
+    found = errors(curve_of(run(scene)), curve_of(run(fine)))
+    assert max(found["peak"], found["energy"], found["curve_distance"]) < 0.01
+
+
+def test_default_elements_divide_the_process_zone_too() -> None:
+    brittle = Scene.load("notched-beam").with_(**{"material.Gf": 0.001, "mesh": {}})
+    assert brittle.sizes is not None
+    assert brittle.sizes.crack_size == pytest.approx(brittle.material.characteristic_length / 15)
