@@ -20,6 +20,7 @@ import csv
 import multiprocessing
 import os
 import re
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -31,7 +32,8 @@ from typing import Any
 
 import meshio
 import numpy as np
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
+from tqdm import tqdm
 
 from cohesive import Concrete, NotConverged, Result, Scene, SceneError, run
 from cohesive.plots import new_figure, save
@@ -327,7 +329,7 @@ def main(thorough: bool = True, plot: Path | None = None) -> dict[str, dict[str,
     with tempfile.TemporaryDirectory() as folder:
         todo = list(cases(Path(folder), thorough))
         with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
-            found = list(pool.map(outcome, todo))
+            found = list(tqdm(pool.map(outcome, todo), total=len(todo), unit="run", disable=not sys.stderr.isatty()))
     table: dict[str, dict[str, int]] = {}
     for case, end in zip(todo, found, strict=True):
         counts = table.setdefault(case.map, dict.fromkeys(COLOURS, 0))
@@ -359,7 +361,7 @@ def _draw(todo: Sequence[Case], found: Sequence[Outcome], path: Path) -> None:
         values = list(dict.fromkeys(case.value for case, _ in here))
         for case, end in here:
             x, y = values.index(case.value), names.index(case.row)
-            axes.add_patch(_rectangle(x, y, COLOURS[end.status]))
+            axes.add_patch(Rectangle((x - 0.48, y - 0.46), 0.96, 0.92, color=COLOURS[end.status], linewidth=0))
             axes.text(x, y, end.text, ha="center", va="center", fontsize=8)
         axes.set(xlim=(-0.5, len(values) - 0.5), ylim=(len(names) - 0.5, -0.5), title=title)
         axes.set_xticks(range(len(values)), values, fontsize=8)
@@ -371,12 +373,6 @@ def _draw(todo: Sequence[Case], found: Sequence[Outcome], path: Path) -> None:
         patches = [Patch(color=COLOURS[status], label=MEANING[status]) for status in COLOURS]
         axes.legend(handles=patches, loc="center", frameon=False, fontsize=9)
     save(figure, path)
-
-
-def _rectangle(x: float, y: float, colour: str) -> Any:
-    from matplotlib.patches import Rectangle
-
-    return Rectangle((x - 0.48, y - 0.46), 0.96, 0.92, color=colour, linewidth=0)
 
 
 if __name__ == "__main__":
