@@ -11,9 +11,10 @@ import meshio
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .cracks import EDGES, Line, edges_on_path, insert_cracks, plane_cells
+from .cracks import Line, bulk_cells, edges_on_path, insert_cracks
 from .errors import MeshError
 from .plane import SLACK, counter_clockwise
+from .star import EDGES
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -93,7 +94,7 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
         raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {_listed(able)}")
     clean, _, kept = _plane(path, mesh, sets)
     bulk, band = [], []
-    for i, (kind, block) in zip(kept, plane_cells(clean), strict=True):
+    for i, (kind, block) in zip(kept, bulk_cells(clean), strict=True):
         inside = np.zeros(len(block), dtype=bool)
         if cells is not None:
             inside[members[cells][i]] = True
