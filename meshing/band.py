@@ -53,9 +53,9 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
     meshio.Mesh
         Bulk blocks, then the band: `quad` [a-, b-, b+, a+], a to b along the path, the minus side to its right, or
         `quad8` [a-, b-, b+, a+, mid-, b-, mid+, a+]: across the band, where the crack is one jump, it has no mid node and a
-        corner stands in, as in a crack cell. In the order of the path, path after path. Cell sets `body` and `band`. A
-        named point on an end of the band stands for all nodes of that end. `point_data["original"]` holds the node
-        numbers before slits that are left were cut, else 0, 1, 2, ...
+        corner stands in, as in a crack cell. In the order of the path, path after path. Cell sets `body` and `band`, and
+        `row`, the same as `band`. A named point on an end of the band stands for all nodes of that end.
+        `point_data["original"]` holds the node numbers before slits that are left were cut, else 0, 1, 2, ...
 
     Raises
     ------
@@ -100,7 +100,8 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
     cut = cut_slits(whole, edges_on_path(whole, "notch", opened.slits))
     cells = [np.arange(len(block.data)) for block in cut.cells]
     nothing = [np.empty(0, dtype=np.int64) for _ in bulk]
-    cut.cell_sets = {"body": [*cells[:-1], np.empty(0, dtype=np.int64)], "band": [*nothing, cells[-1]]}
+    row = [*nothing, cells[-1]]
+    cut.cell_sets = {"body": [*cells[:-1], np.empty(0, dtype=np.int64)], "band": row, "row": row}
     return cut
 
 

@@ -121,7 +121,7 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
         for row in (minus_row[: len(crack)], plus_row[: len(crack)])
     )
     if (minus == plus)[:, : star.corners].all():
-        word, facet, reach = _WORDS[star.corners]
+        word, facet, _, reach = _WORDS[star.corners]
         raise MeshError(
             f"the crack {word} cuts nothing: {len(crack)} element {facet}(s) inside the body, none of which reaches a free "
             f"{reach}"
@@ -129,10 +129,16 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     return _with_crack_cells(mesh, star, cells, original, minus, plus)
 
 
-#: by the corners of a facet: what a crack runs along, what it consists of, and what it must reach to cut
+#: by the corners of a facet: what a crack runs along, what that consists of, where else it may run by mistake, and what it
+#: must reach to cut
 _WORDS = {
-    2: ("path", "edge", "edge or another one; expected at least two element edges in a row"),
-    3: ("surface", "face", "face or surrounds a node; expected several element faces side by side"),
+    2: ("path", "edge", "outside the body", "edge or another one; expected at least two element edges in a row"),
+    3: (
+        "surface",
+        "face",
+        "outside the body or through its elements",
+        "face or surrounds a node; expected several element faces side by side",
+    ),
 }
 _WORDS[4] = _WORDS[3]
 
@@ -222,7 +228,7 @@ def mirror_cracks(mesh: meshio.Mesh, crack: Index) -> meshio.Mesh:
     star = Star.of(cells)
     row = star.find(crack)
     if (row < 0).any() or (star.find(crack[:, ::-1]) >= 0).any():
-        word, facet, _ = _WORDS[star.corners]
+        word, facet, _, _ = _WORDS[star.corners]
         side = "to the left" if star.corners == 2 else "where its normal points to"
         raise MeshError(f"the crack {word} of a half body: expected {facet}s on its boundary, the body {side}")
     plus = np.take_along_axis(star.nodes[row], star.columns(row, crack), axis=1)
@@ -249,14 +255,9 @@ def _with_crack_cells(mesh: meshio.Mesh, star: Star, cells: Blocks, original: In
 def _sides(star: Star, path: Index, points: Array) -> tuple[Index, Index]:
     """Rows of `star` on the minus and plus side of each facet of a path or surface."""
     plus, minus = star.find(path), star.find(path[:, ::-1])
-    word, facet, _ = _WORDS[star.corners]
+    word, _, outside, _ = _WORDS[star.corners]
     for i in np.flatnonzero((plus < 0) | (minus < 0)).tolist():
-        where = (
-            f"outside the body{'' if facet == 'edge' else ' or through its elements'}"
-            if plus[i] == minus[i]
-            else "along its boundary"
-        )
-        raise MeshError(
-            f"the crack {word} runs {where} at {at(points[path[i]].mean(axis=0))}: expected a {word} inside the body"
-        )
+        where = outside if plus[i] == minus[i] else "along its boundary"
+        here = at(points[path[i]].mean(axis=0))
+        raise MeshError(f"the crack {word} runs {where} at {here}: expected a {word} inside the body")
     return minus, plus

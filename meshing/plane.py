@@ -38,8 +38,10 @@ class MeshSizes:
     ----------
     crack_size : element size along the crack path, mm.
     far_size : element size far from it, mm.
-    shape : "triangle" | "quad".
-    order : 1 | 2.
+    shape : "triangle" | "quad"; in three dimensions they stand for tetrahedra and hexahedra.
+    order : 1 | 2; hexahedra are of first order.
+    layers : elements through the thickness of a specimen that is extruded; default: as thick as `far_size`, one at least.
+        Refused by any other.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class MeshSizes:
     far_size: float
     shape: str = "triangle"
     order: int = 1
+    layers: int | None = None
 
     def __post_init__(self) -> None:
         for name in ("crack_size", "far_size"):
@@ -63,6 +66,8 @@ class MeshSizes:
             raise ValueError(f"shape = {self.shape!r}: expected 'triangle' or 'quad'")
         if self.order not in (1, 2):
             raise ValueError(f"order = {self.order!r}: expected 1 or 2")
+        if self.layers is not None and not self.layers >= 1:
+            raise ValueError(f"layers = {self.layers!r}: expected a whole number of at least 1")
 
 
 @dataclass(frozen=True)
@@ -92,20 +97,24 @@ _MOST_ALONG, _MOST_IN_ALL = 1e5, 2e7
 
 def check_sizes(body: Body, sizes: MeshSizes) -> None:
     """Refuse what gmsh has no word for: lines without length, and element sizes that would fill the memory; MeshError."""
+    if sizes.layers is not None:
+        raise MeshError(
+            f"mesh.layers = {sizes.layers!r}: this specimen is not extruded over a thickness; expected no such key"
+        )
     path_length("notch", body.slits)
     corners = np.asarray(body.outline, dtype=float)
     x, y = corners.T
     area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-    along = path_length("crack", body.crack) / sizes.crack_size
-    if along > _MOST_ALONG:
+    check_count("crack_size", sizes.crack_size, "along the crack", path_length("crack", body.crack), 1, _MOST_ALONG)
+    check_count("far_size", sizes.far_size, "in the body", area, 2, _MOST_IN_ALL)
+
+
+def check_count(name: str, size: float, where: str, extent: float, dimension: int, most: float) -> None:
+    """Refuse an element size that gives more than `most` elements in a length, area or volume; MeshError."""
+    if (count := extent / size**dimension) > most:
         raise MeshError(
-            f"mesh.crack_size = {sizes.crack_size:g}: {along:.2g} elements along the crack; expected at least "
-            f"{along * sizes.crack_size / _MOST_ALONG:.2g} mm"
-        )
-    if (in_all := area / sizes.far_size**2) > _MOST_IN_ALL:
-        raise MeshError(
-            f"mesh.far_size = {sizes.far_size:g}: {in_all:.2g} elements in the body; expected at least "
-            f"{(area / _MOST_IN_ALL) ** 0.5:.2g} mm"
+            f"mesh.{name} = {size:g}: {count:.2g} elements {where}; expected at least "
+            f"{(extent / most) ** (1 / dimension):.2g} mm"
         )
 
 
@@ -167,7 +176,7 @@ def mesh_polygon(
         Naming the entity: a polyline that is degenerate or leaves the body, a point outside it.
     """
     body = Body(outline, crack, slits, nodes or {}, edges or {}, half)
-    mesh = _mesh_face(body, sizes, conforming=True)
+    mesh = mesh_face(body, sizes, conforming=True)
     path = edges_on_path(mesh, "crack", crack)
     if half:
         return mirror_cracks(mesh, path)
@@ -188,11 +197,11 @@ def mesh_body(body: Body, sizes: MeshSizes) -> meshio.Mesh:
     MeshError
         As `mesh_polygon`.
     """
-    mesh = _mesh_face(body, sizes, conforming=False)
+    mesh = mesh_face(body, sizes, conforming=False)
     return cut_slits(mesh, edges_on_path(mesh, "notch", body.slits))
 
 
-def _mesh_face(body: Body, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
+def mesh_face(body: Body, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
     """The uncut mesh with its point sets; element edges follow the slits, and the crack if `conforming`."""
     check_sizes(body, sizes)
     with session() as gmsh:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import meshio
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -41,6 +42,8 @@ CRACK_CELLS: dict[tuple[int, int], tuple[str, list[int]]] = {
     (3, 6): ("wedge15", [0, 1, 2, 6, 7, 8, 3, 4, 5, 9, 10, 11, 0, 1, 2]),
     (4, 4): ("hexahedron", [0, 1, 2, 3, 4, 5, 6, 7]),
 }
+# meshio 5.3 reads and writes this cell type, but its table of dimensions, without which there is no such block, leaves it out
+meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 
 def n_corners(kind: str) -> int:
@@ -92,7 +95,7 @@ class Star:
         number = numbered(np.concatenate([self.nodes[:, : self.corners], directed]), directed=True)
         row = np.full(int(number.max(initial=0)) + 1, -1)
         row[number[: len(self.nodes)]] = np.arange(len(self.nodes))
-        return row[number[len(self.nodes) :]]
+        return np.asarray(row[number[len(self.nodes) :]])
 
     def columns(self, rows: Index, corners: Index) -> Index:
         """Where in some rows the nodes of the same facets stand if they begin with `corners` (n, k), in that order."""
@@ -101,7 +104,7 @@ class Star:
         following = np.roll(at, -1, axis=1)
         n_mids = self.nodes.shape[1] - k
         if not n_mids:
-            return at
+            return np.asarray(at)
         # the mid of the edge between two corners follows the number of the first, seen in the sense of the row
         mids = np.where(following == (at + 1) % k, at, following)[:, :n_mids] % n_mids
         return np.concatenate([at, k + mids], axis=1)
