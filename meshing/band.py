@@ -81,7 +81,7 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
         curves = [c for tag, (a, b) in zip(tags, segments, strict=True) for c in _divide_face(gmsh, tag, a, b, sizes, width)]
         set_sizes(gmsh, curves, sizes, 1.0)
         generate(gmsh, sizes)
-        mesh = collect(gmsh, tags)
+        mesh = collect(gmsh, [(2, tag) for tag in tags])
     bulk, rows = mesh.cells[:-n_faces], mesh.cells[-n_faces:]
     band = np.concatenate([_in_order(mesh.points, row.data, a, b) for row, (a, b) in zip(rows, segments, strict=True)])
     if sizes.order == 2:

@@ -147,7 +147,7 @@ def _middle(mesh: meshio.Mesh, star: Star, row: int) -> str:
     return at(mesh.points[star.nodes[row, : star.corners]].mean(axis=0))
 
 
-def at(point: Array) -> str:
+def at(point: Sequence[float] | Array) -> str:
     """A point as text."""
     return f"({', '.join(f'{c:g}' for c in point)})"
 

@@ -14,14 +14,14 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from .cracks import Line, Point, cut_slits, edges_on_path, insert_cracks, mirror_cracks, nodes_on_segment, path_length
+from .cracks import Line, Point, at, cut_slits, edges_on_path, insert_cracks, mirror_cracks, nodes_on_segment, path_length
 from .errors import MeshError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 #: gmsh element type -> meshio name (the node orders agree)
-_CELLS = {2: "triangle", 9: "triangle6", 3: "quad", 16: "quad8"}
+_CELLS = {2: "triangle", 9: "triangle6", 3: "quad", 16: "quad8", 4: "tetra"}
 
 #: growth of the element size with the distance from the path
 GROWTH = 0.25
@@ -253,16 +253,11 @@ def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor:
 
     A `factor` of 2 stands for quadrilaterals that are divided into four in the end, 1 for those that are not.
     """
-    mesh, option = gmsh.model.mesh, gmsh.option.setNumber
-    near, far = factor * sizes.crack_size, factor * sizes.far_size
-    distance = mesh.field.add("Distance")
-    mesh.field.setNumbers(distance, "CurvesList", curves)
-    mesh.field.setNumber(distance, "Sampling", 200)
-    size = mesh.field.add("MathEval")
-    mesh.field.setString(size, "F", f"Min({far!r}, {near!r} + {GROWTH} * F{distance})")
-    mesh.field.setAsBackgroundMesh(size)
-    for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
-        option(f"Mesh.{extra}", 0)
+    field, option = gmsh.model.mesh.field, gmsh.option.setNumber
+    distance = field.add("Distance")
+    field.setNumbers(distance, "CurvesList", curves)
+    field.setNumber(distance, "Sampling", 200)
+    grow(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size)
     if sizes.shape == "quad":
         option("Mesh.Algorithm", 8)
         option("Mesh.RecombineAll", 1)
@@ -270,6 +265,16 @@ def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor:
         option("Mesh.SubdivisionAlgorithm", 1 if factor == 2.0 else 0)
     else:
         option("Mesh.Algorithm", 6)
+
+
+def grow(gmsh: ModuleType, distance: str, near: float, far: float) -> None:
+    """Element sizes from `near` up to `far` with a distance, an expression of gmsh in x, y, z and fields."""
+    field = gmsh.model.mesh.field
+    size = field.add("MathEval")
+    field.setString(size, "F", f"Min({far!r}, {near!r} + {GROWTH} * {distance})")
+    field.setAsBackgroundMesh(size)
+    for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
+        gmsh.option.setNumber(f"Mesh.{extra}", 0)
 
 
 def generate(gmsh: ModuleType, sizes: MeshSizes) -> None:
@@ -280,19 +285,19 @@ def generate(gmsh: ModuleType, sizes: MeshSizes) -> None:
         gmsh.model.mesh.setOrder(2)
 
 
-def collect(gmsh: ModuleType, apart: Sequence[int] = ()) -> meshio.Mesh:
-    """Mesh of the faces, a block for each type of cell, then one for each of the quadrilateral faces `apart`.
+def collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]] = (), dimension: int = 2) -> meshio.Mesh:
+    """Mesh of the faces, or of the volumes, a block for each type of cell, then one for each type on each face `apart`.
 
-    Nodes that no face uses are dropped; cells are counter-clockwise.
+    Nodes that no cell uses are dropped; plane cells are counter-clockwise.
     """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     bulk: dict[str, list[Index]] = {}
     last: list[tuple[str, Index]] = []
-    for face in [*(tag for _, tag in gmsh.model.getEntities(2) if tag not in apart), *apart]:
-        kinds, _, connectivity = gmsh.model.mesh.getElements(2, face)
+    for entity in [*(entity for entity in gmsh.model.getEntities(dimension) if entity not in apart), *apart]:
+        kinds, _, connectivity = gmsh.model.mesh.getElements(*entity)
         for kind, flat in zip(kinds, connectivity, strict=True):
             cells = np.asarray(flat, dtype=np.int64).reshape(-1, gmsh.model.mesh.getElementProperties(kind)[3])
-            if face in apart:
+            if entity in apart:
                 last.append((_CELLS[kind], cells))
             else:
                 bulk.setdefault(_CELLS[kind], []).append(cells)
@@ -300,10 +305,12 @@ def collect(gmsh: ModuleType, apart: Sequence[int] = ()) -> meshio.Mesh:
     used = np.unique(np.concatenate([block.ravel() for _, block in blocks]))
     index = np.zeros(int(max(tags)) + 1, dtype=np.int64)
     index[used] = np.arange(len(used))
-    position = np.empty((len(index), 2))
-    position[np.asarray(tags, dtype=np.int64)] = coordinates.reshape(-1, 3)[:, :2]
-    points = position[used]
-    return meshio.Mesh(points, [(kind, counter_clockwise(points, index[block])) for kind, block in blocks])
+    position = np.empty((len(index), dimension))
+    position[np.asarray(tags, dtype=np.int64)] = coordinates.reshape(-1, 3)[:, :dimension]
+    points, blocks = position[used], [(kind, index[block]) for kind, block in blocks]
+    if dimension == 2:
+        blocks = [(kind, counter_clockwise(points, block)) for kind, block in blocks]
+    return meshio.Mesh(points, blocks)
 
 
 def counter_clockwise(points: Array, cells: Index) -> Index:
@@ -317,12 +324,12 @@ def counter_clockwise(points: Array, cells: Index) -> Index:
     return cells
 
 
-def nearest(mesh: meshio.Mesh, name: str, point: Point) -> int:
+def nearest(mesh: meshio.Mesh, name: str, point: Sequence[float]) -> int:
     """The node at a point, or a MeshError if there is none."""
-    distance = np.hypot(*(mesh.points - point).T)
+    distance = np.hypot.reduce(mesh.points - point, axis=1)
     best = int(distance.argmin())
     if distance[best] > SLACK * np.ptp(mesh.points, axis=0).max():
-        raise MeshError(f"{name} = ({point[0]:g}, {point[1]:g}): expected a point of the body")
+        raise MeshError(f"{name} = {at(point)}: expected a point of the body")
     return best
 
 

@@ -3,58 +3,17 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import meshio
-
-from .band import mesh_band
+from .base import PlaneSpecimen, at_least_zero, expect, positive
 from .cracks import Line, Point
-from .errors import MeshError
-from .plane import Body, MeshSizes, mesh_body, mesh_polygon
-
-
-class Specimen(ABC):
-    """What every specimen can be meshed as. Errors of the geometry are MeshErrors that name what is wrong."""
-
-    @property
-    @abstractmethod
-    def paths(self) -> list[Line]:
-        """The crack path."""
-
-    @property
-    def tips(self) -> list[Point]:
-        """Centres of the notches' ends."""
-        return []
-
-    def is_off_the_notch(self) -> bool:
-        """Whether there are notches, and no crack path begins or ends in one."""
-        reach = 1e-6 + getattr(self, "notch_width", 0.0) / 2
-        ends = [p for line in self.paths for p in (line[0], line[-1])]
-        return bool(self.tips) and all(math.dist(p, tip) > reach for p in ends for tip in self.tips)
-
-    @abstractmethod
-    def body(self, half: bool = False) -> Body:
-        """The geometry, or one half of it."""
-
-    def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
-        """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
-        body = self.body(half)
-        return mesh_polygon(body.outline, body.crack, sizes, body.slits, body.nodes, body.edges, body.half)
-
-    def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
-        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
-        return mesh_band(self.body(), sizes, width)
-
-    def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
-        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.plane.mesh_body`."""
-        return mesh_body(self.body(), sizes)
+from .plane import Body
 
 
 @dataclass(frozen=True)
-class NotchedBeam(Specimen):
+class NotchedBeam(PlaneSpecimen):
     """A beam on two supports with a notch in its lower face, loaded at mid-span from above.
 
     Origin at mid-span on the lower face; x along the beam, y upwards. Point sets: `support_left`,
@@ -81,15 +40,15 @@ class NotchedBeam(Specimen):
     crack: Any = None
 
     def __post_init__(self) -> None:
-        _positive(self, "length", "span", "depth", "thickness")
-        _at_least_zero(self, "notch", "notch_width", "gauge")
-        _expect(self, "span", self.span <= self.length, f"at most length = {self.length:g}")
-        _expect(self, "notch", self.notch < self.depth, f"less than depth = {self.depth:g}")
-        _expect(self, "gauge", self.gauge < self.length - 2 * abs(self.notch_position), "both gauge points on the beam")
+        positive(self, "length", "span", "depth", "thickness")
+        at_least_zero(self, "notch", "notch_width", "gauge")
+        expect(self, "span", self.span <= self.length, f"at most length = {self.length:g}")
+        expect(self, "notch", self.notch < self.depth, f"less than depth = {self.depth:g}")
+        expect(self, "gauge", self.gauge < self.length - 2 * abs(self.notch_position), "both gauge points on the beam")
         reach = abs(self.notch_position) + self.notch_width / 2
-        _expect(self, "notch_position", reach < self.span / 2, f"the notch between the supports, span = {self.span:g}")
+        expect(self, "notch_position", reach < self.span / 2, f"the notch between the supports, span = {self.span:g}")
         if self.gauge:
-            _expect(self, "gauge", self.gauge > self.notch_width, f"more than notch_width = {self.notch_width:g}")
+            expect(self, "gauge", self.gauge > self.notch_width, f"more than notch_width = {self.notch_width:g}")
         object.__setattr__(self, "crack", polylines(self.crack))
 
     @property
@@ -134,7 +93,7 @@ class NotchedBeam(Specimen):
 
 
 @dataclass(frozen=True)
-class NotchedTension(Specimen):
+class NotchedTension(PlaneSpecimen):
     """A plate with notches at mid-length, pulled between two rigid platens.
 
     Origin in the centre; x across the plate, y along the pull. Point sets: `base`, `top` and the gauge
@@ -163,16 +122,16 @@ class NotchedTension(Specimen):
     crack: Any = None
 
     def __post_init__(self) -> None:
-        _positive(self, "length", "width", "thickness")
-        _at_least_zero(self, "notch", "notch_width", "gauge")
-        _expect(self, "platens", self.platens in ("fixed", "hinged"), "'fixed' or 'hinged'")
-        _expect(self, "notches", self.notches in ("single", "double"), "'single' or 'double'")
+        positive(self, "length", "width", "thickness")
+        at_least_zero(self, "notch", "notch_width", "gauge")
+        expect(self, "platens", self.platens in ("fixed", "hinged"), "'fixed' or 'hinged'")
+        expect(self, "notches", self.notches in ("single", "double"), "'single' or 'double'")
         depth = self.notch * (2 if self.notches == "double" else 1)
-        _expect(self, "notch", depth < self.width, f"a ligament to be left of width = {self.width:g}")
-        _expect(self, "notch_width", self.notch_width < self.length, f"less than length = {self.length:g}")
+        expect(self, "notch", depth < self.width, f"a ligament to be left of width = {self.width:g}")
+        expect(self, "notch_width", self.notch_width < self.length, f"less than length = {self.length:g}")
         if self.gauge:
             inside = self.notch_width < self.gauge < self.length
-            _expect(self, "gauge", inside, f"between notch_width = {self.notch_width:g} and length = {self.length:g}")
+            expect(self, "gauge", inside, f"between notch_width = {self.notch_width:g} and length = {self.length:g}")
         object.__setattr__(self, "crack", polylines(self.crack))
 
     @property
@@ -239,7 +198,7 @@ class MixedModePlate(NotchedTension):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _expect(self, "notches", self.notches == "double", "'double'")
+        expect(self, "notches", self.notches == "double", "'double'")
 
     @property
     def _gauge_at(self) -> tuple[float, float]:
@@ -247,7 +206,7 @@ class MixedModePlate(NotchedTension):
 
 
 @dataclass(frozen=True)
-class SingleCrack(Specimen):
+class SingleCrack(PlaneSpecimen):
     """A rectangular block with one crack through its centre, moved at its top face.
 
     Origin in the centre, before `rotation` turns the whole. Point sets: `base`, `top`, one corner of
@@ -277,14 +236,14 @@ class SingleCrack(Specimen):
     crack: Any = None
 
     def __post_init__(self) -> None:
-        _positive(self, "width", "height", "thickness")
-        _at_least_zero(self, "gauge")
-        _expect(self, "angle", -90 < self.angle <= 90, "above -90 and at most 90 degrees")
-        _expect(self, "faces", self.faces in ("free", "clamped"), "'free' or 'clamped'")
+        positive(self, "width", "height", "thickness")
+        at_least_zero(self, "gauge")
+        expect(self, "angle", -90 < self.angle <= 90, "above -90 and at most 90 degrees")
+        expect(self, "faces", self.faces in ("free", "clamped"), "'free' or 'clamped'")
         if self.crack_length is not None:
             through = math.dist(*self._through())
-            _expect(self, "crack_length", 0 < self.crack_length < through, f"above 0 and below {through:g}")
-        _expect(self, "gauge", self.gauge < min(self.width, self.height), "less than width and height")
+            expect(self, "crack_length", 0 < self.crack_length < through, f"above 0 and below {through:g}")
+        expect(self, "gauge", self.gauge < min(self.width, self.height), "less than width and height")
         object.__setattr__(self, "crack", polylines(self.crack))
 
     def _through(self) -> tuple[Point, Point]:
@@ -330,7 +289,7 @@ class SingleCrack(Specimen):
 
 
 @dataclass(frozen=True)
-class SandwichPanel(Specimen):
+class SandwichPanel(PlaneSpecimen):
     """A rectangular panel with a layer that cracks across its mid-height, clamped between two rigid platens.
 
     The layer of cracking material between two elastic blocks of Jefferson and Mihai (2015), Example 1; the paper prints
@@ -346,7 +305,7 @@ class SandwichPanel(Specimen):
     thickness: float
 
     def __post_init__(self) -> None:
-        _positive(self, "width", "height", "thickness")
+        positive(self, "width", "height", "thickness")
 
     @property
     def paths(self) -> list[Line]:
@@ -381,7 +340,7 @@ class PushOff(SandwichPanel):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _at_least_zero(self, "restraint")
+        at_least_zero(self, "restraint")
 
 
 def polylines(crack: Any) -> list[Line]:
@@ -400,18 +359,3 @@ def polylines(crack: Any) -> list[Line]:
 
 def _without_repeats(corners: list[Point]) -> list[Point]:
     return [p for p, before in zip(corners, [corners[-1], *corners[:-1]], strict=True) if p != before]
-
-
-def _expect(specimen: object, name: str, holds: bool, expected: str) -> None:
-    if not holds:
-        raise MeshError(f"{name} = {getattr(specimen, name)!r}: expected {expected}")
-
-
-def _positive(specimen: object, *names: str) -> None:
-    for name in names:
-        _expect(specimen, name, getattr(specimen, name) > 0, "a number above 0")
-
-
-def _at_least_zero(specimen: object, *names: str) -> None:
-    for name in names:
-        _expect(specimen, name, getattr(specimen, name) >= 0, "a number of at least 0")

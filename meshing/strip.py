@@ -82,16 +82,21 @@ def part_inside(polygon: Array, face: Array, slack: float) -> Array:
     """
     for a, b in zip(face, np.roll(face, -1, axis=0), strict=True):
         inward = np.array([a[1] - b[1], b[0] - a[0]]) / math.dist(a, b)
-        height = (polygon - a) @ inward + slack
-        kept = []
-        for i in range(len(polygon)):
-            if (height[i] < 0) != (height[i - 1] < 0):
-                share = height[i] / (height[i] - height[i - 1])
-                kept.append(polygon[i] + share * (polygon[i - 1] - polygon[i]))
-            if height[i] >= 0:
-                kept.append(polygon[i])
-        polygon = np.array(kept).reshape(-1, 2)
+        polygon = part_above(polygon, (polygon - a) @ inward + slack)
     return polygon
+
+
+def part_above(polygon: Array, height: Array) -> Array:
+    """Corners of the part of a convex polygon (k, d) on which a linear function, `height` (k,) at its corners, is not
+    negative."""
+    kept = []
+    for i in range(len(polygon)):
+        if (height[i] < 0) != (height[i - 1] < 0):
+            share = height[i] / (height[i] - height[i - 1])
+            kept.append(polygon[i] + share * (polygon[i - 1] - polygon[i]))
+        if height[i] >= 0:
+            kept.append(polygon[i])
+    return np.array(kept).reshape(-1, polygon.shape[1])
 
 
 def _strip(body: Body, line: Line, width: float, slack: float) -> Strip:
