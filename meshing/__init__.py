@@ -1,4 +1,4 @@
-"""Notched plane specimens with the crack path inserted beforehand, as meshio meshes. Knows no mechanics."""
+"""Notched specimens with the crack path or surface inserted beforehand, as meshio meshes. Knows no mechanics."""
 
 from .band import mesh_band
 from .base import PlaneSpecimen, Specimen
@@ -6,6 +6,7 @@ from .cracks import insert_cracks
 from .errors import MeshError
 from .plane import Body, MeshSizes, mesh_body, mesh_polygon
 from .reader import read_band_mesh, read_mesh
+from .solids import NotchedBeam3D, PushOff3D, SingleCrack3D
 from .specimens import MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
 
 __all__ = [
@@ -14,11 +15,14 @@ __all__ = [
     "MeshSizes",
     "MixedModePlate",
     "NotchedBeam",
+    "NotchedBeam3D",
     "NotchedTension",
     "PlaneSpecimen",
     "PushOff",
+    "PushOff3D",
     "SandwichPanel",
     "SingleCrack",
+    "SingleCrack3D",
     "Specimen",
     "insert_cracks",
     "mesh_band",

@@ -95,12 +95,17 @@ class Body:
 _MOST_ALONG, _MOST_IN_ALL = 1e5, 2e7
 
 
-def check_sizes(body: Body, sizes: MeshSizes) -> None:
-    """Refuse what gmsh has no word for: lines without length, and element sizes that would fill the memory; MeshError."""
+def check_not_layered(sizes: MeshSizes) -> None:
+    """Refuse layers; MeshError."""
     if sizes.layers is not None:
         raise MeshError(
             f"mesh.layers = {sizes.layers!r}: this specimen is not extruded over a thickness; expected no such key"
         )
+
+
+def check_sizes(body: Body, sizes: MeshSizes) -> None:
+    """Refuse what gmsh has no word for: lines without length, and element sizes that would fill the memory; MeshError."""
+    check_not_layered(sizes)
     path_length("notch", body.slits)
     corners = np.asarray(body.outline, dtype=float)
     x, y = corners.T

@@ -1,0 +1,151 @@
+"""A rectangular block with one plane crack at any angle, through it or with its front inside: tetrahedra by gmsh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import ModuleType
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from .cracks import cut_slits, insert_cracks
+from .errors import MeshError
+from .extrusion import with_mid_nodes
+from .plane import SLACK, MeshSizes, check_count, check_not_layered, collect, grow, nearest, session
+from .strip import part_above
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: more elements on a crack, or in a body, than this machine holds
+_MOST_ON_CRACK, _MOST_IN_ALL = 1e5, 5e6
+
+
+@dataclass(frozen=True)
+class PlaneCrack:
+    """A plane crack around the origin. Lengths in mm.
+
+    Parameters
+    ----------
+    along, across : (3,) unit vectors in its plane, at a right angle; the normal towards the plus side is across x along.
+    length, width : of a rectangle with sides along and across; infinity: through the body.
+    radius : of a disc instead.
+    """
+
+    along: Array
+    across: Array
+    length: float = math.inf
+    width: float = math.inf
+    radius: float | None = None
+
+    @property
+    def normal(self) -> Array:
+        """Unit normal towards the plus side."""
+        return np.asarray(np.cross(self.across, self.along))
+
+    def outline(self, half: Array) -> Array:
+        """Corners of the part of the rectangle inside a box with these half sides, (k, 3)."""
+        reach = 4.0 * float(np.linalg.norm(half))
+        a, b = (min(side, reach) / 2 * axis for side, axis in ((self.length, self.along), (self.width, self.across)))
+        polygon = np.array([-a - b, a - b, a + b, -a + b])
+        for axis in range(3):
+            for sign in (1.0, -1.0):
+                polygon = part_above(polygon, half[axis] - sign * polygon[:, axis])
+        apart = np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1) > SLACK * half.max()
+        return np.asarray(polygon[apart])
+
+    def area(self, half: Array) -> float:
+        """Of the part inside a box, mm^2."""
+        if self.radius is not None:
+            return math.pi * self.radius**2
+        polygon = self.outline(half)
+        return 0.5 * abs(float(np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0) @ self.normal))
+
+    def distance(self) -> str:
+        """Distance from the crack as an expression of gmsh."""
+        u, v, n = (
+            f"(({a!r})*x + ({b!r})*y + ({c!r})*z)" for a, b, c in np.stack([self.along, self.across, self.normal]).tolist()
+        )
+        if self.radius is not None:
+            return f"Sqrt(Max(Sqrt({u}^2 + {v}^2) - {self.radius!r}, 0)^2 + {n}^2)"
+        parts = [f"Max(Abs({w}) - {side / 2!r}, 0)^2" for w, side in ((u, self.length), (v, self.width)) if side < math.inf]
+        return f"Sqrt({' + '.join([*parts, f'{n}^2'])})"
+
+
+def mesh_block(
+    sides: tuple[float, float, float],
+    crack: PlaneCrack,
+    sizes: MeshSizes,
+    nodes: Mapping[str, tuple[float, float, float]] | None = None,
+    conforming: bool = True,
+) -> meshio.Mesh:
+    """Mesh a block around the origin and cut it along its crack, or leave it whole where that may form anywhere.
+
+    Parameters
+    ----------
+    sides : in x, y, z, mm.
+    crack : PlaneCrack
+    sizes : MeshSizes, of shape "triangle"
+    nodes : points that must be nodes, by the name of the point set they end up in.
+    conforming : whether there are crack cells.
+
+    Returns
+    -------
+    meshio.Mesh
+        Of tetrahedra, as `insert_cracks` gives it, or as `cut_slits` does. Point sets besides `nodes`: `base` and `top`, the
+        faces at the smallest and the largest y; `back` and `front`, at the smallest and the largest z; `base_corner`, the
+        edge of the base at the smallest x; `pin`, its node in the back.
+
+    Raises
+    ------
+    MeshError
+        Naming the key of sizes that does not fit, or the point outside the body.
+    """
+    if sizes.shape != "triangle":
+        raise MeshError(f"mesh.shape = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'")
+    half = np.array(sides) / 2
+    check_not_layered(sizes)
+    check_count("crack_size", sizes.crack_size, "on the crack", crack.area(half), 2, _MOST_ON_CRACK)
+    check_count("far_size", sizes.far_size, "in the body", math.prod(sides), 3, _MOST_IN_ALL)
+    with session() as gmsh:
+        occ = gmsh.model.occ
+        box = (3, occ.addBox(*(-half), *sides))
+        tools = [_add_crack(gmsh, crack, half)] if conforming else []
+        tools += [(0, occ.addPoint(*p)) for p in (nodes or {}).values()]
+        image = occ.fragment([box], tools)[1] if tools else [[box]]
+        occ.synchronize()
+        grow(gmsh, crack.distance(), sizes.crack_size, sizes.far_size)
+        gmsh.model.mesh.generate(3)
+        faces = image[1] if conforming else []
+        mesh = collect(gmsh, faces, dimension=3)
+    cut = np.concatenate([np.empty((0, 3), dtype=np.int64), *(block.data for block in mesh.cells if block.type == "triangle")])
+    a, b, c = (mesh.points[cut[:, i]] for i in range(3))
+    against = np.cross(b - a, c - a) @ crack.normal < 0
+    cut[against] = cut[against][:, ::-1]
+    mesh.cells = [block for block in mesh.cells if block.type == "tetra"]
+    slack = SLACK * max(sides)
+    lowest = abs(mesh.points + half) < slack
+    mesh.point_sets = {name: np.array([nearest(mesh, name, p)]) for name, p in (nodes or {}).items()} | {
+        "base": np.flatnonzero(lowest[:, 1]),
+        "top": np.flatnonzero(mesh.points[:, 1] > half[1] - slack),
+        "back": np.flatnonzero(lowest[:, 2]),
+        "front": np.flatnonzero(mesh.points[:, 2] > half[2] - slack),
+        "base_corner": np.flatnonzero(lowest[:, :2].all(axis=1)),
+        "pin": np.flatnonzero(lowest.all(axis=1)),
+    }
+    if sizes.order == 2:
+        mesh = with_mid_nodes(mesh)
+    return insert_cracks(mesh, cut) if conforming else cut_slits(mesh, cut)
+
+
+def _add_crack(gmsh: ModuleType, crack: PlaneCrack, half: Array) -> tuple[int, int]:
+    """The crack in gmsh: (2, tag)."""
+    occ = gmsh.model.occ
+    if crack.radius is not None:
+        return (2, occ.addDisk(0, 0, 0, crack.radius, crack.radius, zAxis=crack.normal, xAxis=crack.along))
+    corners = [occ.addPoint(*p) for p in crack.outline(half)]
+    loop = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+    return (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
