@@ -1,11 +1,12 @@
 """Notched specimens with the crack path or surface inserted beforehand, as meshio meshes. Knows no mechanics."""
 
 from .band import mesh_band
+from .band_reader import read_band_mesh
 from .base import PlaneSpecimen, Specimen
 from .cracks import insert_cracks
 from .errors import MeshError
 from .plane import Body, MeshSizes, mesh_body, mesh_polygon
-from .reader import read_band_mesh, read_mesh
+from .reader import read_mesh
 from .solids import NotchedBeam3D, PushOff3D, SingleCrack3D
 from .specimens import MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
 

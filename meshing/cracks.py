@@ -144,10 +144,10 @@ _WORDS[4] = _WORDS[3]
 
 
 def _middle(mesh: meshio.Mesh, star: Star, row: int) -> str:
-    return at(mesh.points[star.nodes[row, : star.corners]].mean(axis=0))
+    return as_text(mesh.points[star.nodes[row, : star.corners]].mean(axis=0))
 
 
-def at(point: Sequence[float] | Array) -> str:
+def as_text(point: Sequence[float] | Array) -> str:
     """A point as text."""
     return f"({', '.join(f'{c:g}' for c in point)})"
 
@@ -258,6 +258,6 @@ def _sides(star: Star, path: Index, points: Array) -> tuple[Index, Index]:
     word, _, outside, _ = _WORDS[star.corners]
     for i in np.flatnonzero((plus < 0) | (minus < 0)).tolist():
         where = outside if plus[i] == minus[i] else "along its boundary"
-        here = at(points[path[i]].mean(axis=0))
+        here = as_text(points[path[i]].mean(axis=0))
         raise MeshError(f"the crack {word} runs {where} at {here}: expected a {word} inside the body")
     return minus, plus

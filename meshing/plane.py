@@ -14,7 +14,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from .cracks import Line, Point, at, cut_slits, edges_on_path, insert_cracks, mirror_cracks, nodes_on_segment, path_length
+from .cracks import Line, Point, as_text, cut_slits, edges_on_path, insert_cracks, mirror_cracks, nodes_on_segment, path_length
 from .errors import MeshError
 
 Array = NDArray[np.float64]
@@ -334,7 +334,7 @@ def nearest(mesh: meshio.Mesh, name: str, point: Sequence[float]) -> int:
     distance = np.hypot.reduce(mesh.points - point, axis=1)
     best = int(distance.argmin())
     if distance[best] > SLACK * np.ptp(mesh.points, axis=0).max():
-        raise MeshError(f"{name} = {at(point)}: expected a point of the body")
+        raise MeshError(f"{name} = {as_text(point)}: expected a point of the body")
     return best
 
 

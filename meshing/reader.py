@@ -1,4 +1,4 @@
-"""A user's own plane mesh: read, checked, and cut along a named set or a polyline, or with the band it names."""
+"""A user's own mesh, plane or solid: read, checked, and cut along a named set or a polyline."""
 
 from __future__ import annotations
 
@@ -9,25 +9,41 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
-from .cracks import Line, bulk_cells, edges_on_path, insert_cracks
+from .cracks import Line, as_text, bulk_cells, edges_on_path, insert_cracks
 from .errors import MeshError
-from .plane import SLACK, counter_clockwise
-from .star import EDGES
+from .plane import counter_clockwise
+from .star import EDGES, FACES, FACETS, Blocks, Star, n_corners, numbered
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Blocks = list[tuple[str, Index]]
+
+#: corners of the cells that may form a path or a surface
+_CRACK_CORNERS = {"line": 2, "line3": 2, "triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
+
+#: the three neighbours of each corner of a solid cell, with a positive triple product where the cell is not inverted
+_NEIGHBOURS = {
+    "tetra": [(1, 2, 3)],
+    "tetra10": [(1, 2, 3)],
+    "hexahedron": [(1, 3, 4), (2, 0, 5), (3, 1, 6), (0, 2, 7), (7, 5, 0), (4, 6, 1), (5, 7, 2), (6, 4, 3)],
+}
 
 
 def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
-    """Read a plane mesh in any format that meshio knows and insert its crack.
+    """Read a mesh in any format that meshio knows and insert its crack.
 
     Parameters
     ----------
-    path : file with triangle, quad, triangle6 or quad8 cells in the x-y plane, lengths in mm.
-    crack : name of a set of line cells (or of nodes) on the crack path, or polylines that follow element edges.
+    path : file with triangle, quad, triangle6 or quad8 cells in the x-y plane, or with solid cells, all tetra, all tetra10 or
+        all hexahedron; lengths in mm.
+    crack : name of a set of line cells (or of nodes) on the crack path, or polylines that follow element edges. Of a solid
+        mesh, name of a set of triangles or quadrilaterals on the crack surface, or of its nodes. The surface consists of
+        element faces inside the body; it may end inside, and sheets may meet and cross. Of each sheet (a part without
+        branches) the first cell's normal points to the plus side; of a set of nodes, the mean normal with positive x, else
+        y, else z.
 
     Returns
     -------
@@ -38,180 +54,28 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
     Raises
     ------
     MeshError
-        If the file cannot be read, is not plane, has non-finite coordinates or lacks the named set.
+        If the file cannot be read, has non-finite coordinates or lacks the named set; a plane mesh if it is not plane; a
+        solid one if it has plane cells beside it or inverted ones, or if the set is no surface inside it.
     """
     path = Path(path)
-    mesh = _load(path)
-    lines, sets = _named_sets(mesh)
-    clean, index, _ = _plane(path, mesh, sets)
+    mesh = load(path)
+    cells, sets = named_sets(mesh)
+    clean, index, _ = checked(path, mesh, sets)
     if not isinstance(crack, str):
+        if is_solid(mesh):
+            raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes")
         return insert_cracks(clean, edges_on_path(clean, "crack", crack))
     if crack not in sets:
-        raise MeshError(f"crack = '{crack}': the file has no such set; it has {_listed(sets)}")
-    return insert_cracks(clean, _set_edges(crack, clean, lines.get(crack), clean.point_sets[crack], index))
+        raise MeshError(f"crack = '{crack}': the file has no such set; it has {listed(sets)}")
+    facets = [index[block] for block in cells.get(crack, [])]
+    if any((block < 0).any() for block in facets):
+        raise MeshError(f"crack = '{crack}': a cell of this set has a node that no element has; expected parts of elements")
+    find = _set_faces if is_solid(mesh) else _set_edges
+    return insert_cracks(clean, find(crack, clean, facets, clean.point_sets[crack]))
 
 
-def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike | None = None) -> meshio.Mesh:
-    """Read a plane mesh in any format that meshio knows, some of whose elements form the crack band.
-
-    A set that is one row of quadrilaterals or several, each one element wide, is put in the order of `mesh_band`. In such a
-    row each element shares at most two edges with others of the set, opposite ones, and the row does not close on itself.
-    A single element is a row from one free edge to the opposite one, if its two other edges are shared with the bulk;
-    otherwise it is one only with `along`, between the two opposite edges that `along` joins best.
-
-    Parameters
-    ----------
-    path : file with triangle, quad, triangle6 or quad8 cells in the x-y plane, lengths in mm.
-    cells : name of the set of elements that form the band; None: all of them are the body, which may crack anywhere.
-    along : (2,) direction of the crack path, of any length. A row runs from end to end so that (end - start) . along > 0;
-        without it, or across it, from the end with the smaller x, then y.
-
-    Returns
-    -------
-    meshio.Mesh
-        Blocks of the bulk, then those of the band, in the order of the file. Cell sets `body` and, with `cells`, `band`.
-        Point sets as those of `read_mesh`. `point_data["original"]` is 0, 1, 2, ...
-
-        Where the band is rows, one block of it, row after row in the order of the file, and a cell set `row`, the same as
-        `band`: `quad` [a-, b-, b+, a+], a to b along the row, the minus side to its right, or `quad8`
-        [a-, b-, b+, a+, mid-, b-, mid+, a+]. The mid nodes across the band are left out, unless an element of the bulk
-        uses them; in a point set the two corners beside it stand for such a node.
-
-    Raises
-    ------
-    MeshError
-        If the file cannot be read, is not plane, has non-finite coordinates, mixes orders, or lacks the named set or
-        elements in it.
-    """
-    path = Path(path)
-    mesh = _load(path)
-    _, sets = _named_sets(mesh)
-    members = _members(mesh)
-    if cells is not None and cells not in members:
-        able = [
-            name for name, at in members.items() if any(len(i) for b, i in zip(mesh.cells, at, strict=True) if b.type in EDGES)
-        ]
-        raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {_listed(able)}")
-    clean, _, kept = _plane(path, mesh, sets)
-    bulk, band = [], []
-    for i, (kind, block) in zip(kept, bulk_cells(clean), strict=True):
-        inside = np.zeros(len(block), dtype=bool)
-        if cells is not None:
-            inside[members[cells][i]] = True
-        bulk.append((kind, block[~inside]))
-        band.append((kind, block[inside]))
-    bulk, band = ([(kind, block) for kind, block in part if len(block)] for part in (bulk, band))
-    if cells is not None and not band:
-        raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(EDGES)}; expected some")
-    rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
-    if rows is not None:
-        clean, bulk, band = _with_rows(clean, bulk, rows)
-    nothing = np.empty(0, dtype=np.int64)
-    cell_sets = {"body": [np.arange(len(block)) for _, block in bulk] + [nothing for _ in band]}
-    for name, present in (("band", cells is not None), ("row", rows is not None)):
-        if present:
-            cell_sets[name] = [nothing for _ in bulk] + [np.arange(len(block)) for _, block in band]
-    return meshio.Mesh(
-        clean.points,
-        [*bulk, *band],
-        point_data={"original": np.arange(len(clean.points))},
-        point_sets=clean.point_sets,
-        cell_sets=cell_sets,
-    )
-
-
-def _rows(points: Array, bulk: Blocks, band: Blocks, along: Array | None) -> Index | None:
-    """The band's cells row after row, each [a-, b-, b+, a+(, mid-, mid b, mid+, mid a)]; None if they are not rows."""
-    if not band or any(kind not in ("quad", "quad8") for kind, _ in band):
-        return None
-    cells = np.concatenate([block for _, block in band])
-    corners: list[list[int]] = cells[:, :4].tolist()
-    # edge k of a cell runs from its corner k to the next; the neighbour has it the other way round
-    owner = {(c[k], c[(k + 1) % 4]): (i, k) for i, c in enumerate(corners) for k in range(4)}
-    if len(owner) < cells[:, :4].size or any(len(set(c)) < 4 for c in corners):
-        return None  # elements that overlap, or have an edge without length
-    beyond = [[owner.get((c[(k + 1) % 4], c[k])) for k in range(4)] for c in corners]
-    rows: list[list[tuple[int, int]]] = []  # each cell with the edge through which the row leaves it
-    done: set[int] = set()
-    for first, neighbours in enumerate(beyond):
-        shared = [k for k in range(4) if neighbours[k] is not None]
-        if len(shared) > 2 or (len(shared) == 2 and shared[1] - shared[0] != 2):
-            return None
-        if first in done or len(shared) == 2:
-            continue
-        leave = shared[0] if shared else _leave_single(points, bulk, corners[first], along)
-        if leave is None:
-            return None
-        rows.append([(first, leave)])
-        while (step := beyond[rows[-1][-1][0]][rows[-1][-1][1]]) is not None:
-            rows[-1].append((step[0], (step[1] + 2) % 4))
-        done.update(i for i, _ in rows[-1])
-    if len(done) < len(cells):
-        return None  # a ring
-    rows = [_directed(points, corners, row, along) for row in sorted(rows, key=min)]
-    order, leaves = np.array([pair for row in rows for pair in row], dtype=np.int64).T
-    turn = (np.arange(4) + leaves[:, None] - 1) % 4
-    turn = np.concatenate([turn, turn + 4], axis=1)[:, : cells.shape[1]]
-    return np.asarray(np.take_along_axis(cells[order], turn, axis=1))
-
-
-def _leave_single(points: Array, bulk: Blocks, corners: list[int], along: Array | None) -> int | None:
-    """An edge at which a row of one element ends, or None if nothing tells."""
-    edges = list(zip(corners, corners[1:] + corners[:1], strict=True))
-    free = [
-        not any(((block[:, i] == b) & (block[:, j] == a)).any() for kind, block in bulk for i, j, *_ in EDGES[kind])
-        for a, b in edges
-    ]
-    if free[0] == free[2] != free[1] == free[3]:
-        return 0 if free[0] else 1
-    if along is None or not along.any():
-        return None
-    middles = points[np.array(edges)].mean(axis=1)
-    spans = middles[:2] - middles[2:]
-    return int(np.argmax(abs(spans @ along) / np.hypot(*spans.T)))
-
-
-def _directed(
-    points: Array, corners: list[list[int]], row: list[tuple[int, int]], along: Array | None
-) -> list[tuple[int, int]]:
-    """A row from its start to its end: `along`, or from the smaller x, then y."""
-    (first, leave), (last, out) = row[0], row[-1]
-    start, end = (
-        points[[corners[i][k], corners[i][(k + 1) % 4]]].mean(axis=0) for i, k in ((first, (leave + 2) % 4), (last, out))
-    )
-    span = end - start
-    slack = SLACK * float(np.ptp(points, axis=0).max())
-    if along is not None and abs(span @ along) > slack * np.hypot(*along):
-        forward = span @ along > 0
-    else:
-        forward = (span[0] if abs(span[0]) > slack else span[1]) > 0
-    return row if forward else [(i, (k + 2) % 4) for i, k in reversed(row)]
-
-
-def _with_rows(mesh: meshio.Mesh, bulk: Blocks, rows: Index) -> tuple[meshio.Mesh, Blocks, Blocks]:
-    """Points and point sets, bulk and band, without the mid nodes across the rows."""
-    if rows.shape[1] == 4:
-        return mesh, bulk, [("quad", rows)]
-    across, beside = rows[:, [5, 7]].ravel(), rows[:, [[1, 2], [3, 0]]].reshape(-1, 2)
-    rows = rows[:, [0, 1, 2, 3, 4, 1, 6, 3]]
-    used = np.unique(np.concatenate([*(block.ravel() for _, block in bulk), rows.ravel()]))
-    index = np.full(len(mesh.points), -1)
-    index[used] = np.arange(len(used))
-    gone = index[across] < 0
-    across, beside = across[gone], beside[gone]
-    sets = {}
-    for name, nodes in mesh.point_sets.items():
-        stand_in = beside[np.isin(across, nodes)].ravel()
-        sets[name] = np.unique(index[np.concatenate([nodes[index[nodes] >= 0], stand_in])])
-    return (
-        meshio.Mesh(mesh.points[used], [], point_sets=sets),
-        [(kind, index[block]) for kind, block in bulk],
-        [("quad8", index[rows])],
-    )
-
-
-def _load(path: Path) -> meshio.Mesh:
-    """The file as it is, its coordinates checked and plane."""
+def load(path: Path) -> meshio.Mesh:
+    """The file as it is, its coordinates checked; (m, 2) unless it has solid cells."""
     if not path.is_file():
         raise MeshError(f"file = '{path}': there is no such file")
     said = io.StringIO()  # meshio prints why a reader does not take the file, a blank line for a gmsh file
@@ -227,6 +91,9 @@ def _load(path: Path) -> meshio.Mesh:
     points = np.asarray(mesh.points, dtype=float)
     if not np.isfinite(points).all():
         raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite")
+    mesh.points = points
+    if is_solid(mesh):
+        return mesh
     if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points):
         raise MeshError(
             f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh"
@@ -235,15 +102,25 @@ def _load(path: Path) -> meshio.Mesh:
     return mesh
 
 
-def _plane(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[meshio.Mesh, Index, list[int]]:
-    """Plane cells and the nodes they use, counter-clockwise; new number of each node (or -1); which blocks were kept."""
-    points = mesh.points
-    kept = [i for i, block in enumerate(mesh.cells) if block.type in EDGES]
-    blocks = [(mesh.cells[i].type, counter_clockwise(points, mesh.cells[i].data.astype(np.int64))) for i in kept]
-    if not blocks:
-        raise MeshError(
-            f"file = '{path}': its cells are {', '.join({b.type for b in mesh.cells}) or 'none'}; expected {', '.join(EDGES)}"
-        )
+def is_solid(mesh: meshio.Mesh) -> bool:
+    """Whether a mesh has cells with a volume."""
+    return any(block.dim == 3 for block in mesh.cells)
+
+
+def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[meshio.Mesh, Index, list[int]]:
+    """Bulk cells and the nodes they use, plane ones counter-clockwise; new number of each node (or -1); which blocks were
+    kept."""
+    points, solid = mesh.points, is_solid(mesh)
+    kept = [i for i, block in enumerate(mesh.cells) if block.type in (FACES if solid else EDGES)]
+    other = {block.type for block in mesh.cells if block.dim == 3 and block.type not in FACES}
+    if not kept or other:
+        kinds, known = other or {b.type for b in mesh.cells}, FACES if solid else FACETS
+        raise MeshError(f"file = '{path}': its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}")
+    blocks = [(mesh.cells[i].type, mesh.cells[i].data.astype(np.int64)) for i in kept]
+    if solid:
+        _check_solid(path, mesh, blocks)
+    else:
+        blocks = [(kind, counter_clockwise(points, cells)) for kind, cells in blocks]
     used = np.unique(np.concatenate([cells.ravel() for _, cells in blocks]))
     index = np.full(len(points), -1)
     index[used] = np.arange(len(used))
@@ -255,25 +132,55 @@ def _plane(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[meshi
     return clean, index, kept
 
 
-def _listed(names: Iterable[str]) -> str:
+def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
+    """A MeshError for an inverted cell, or for plane cells that are no faces of the solid ones."""
+    for kind, cells in blocks:
+        p = mesh.points[cells]
+        triples = [np.moveaxis(p[:, list(n)] - p[:, [i]], 1, 0) for i, n in enumerate(_NEIGHBOURS[kind])]
+        volume = np.stack([np.einsum("ni,ni->n", np.cross(u, v), w) for u, v, w in triples], axis=1)
+        size = np.ptp(p, axis=1).max(axis=1)
+        for i in np.flatnonzero((volume < -1e-9 * size[:, None] ** 3).any(axis=1) | ~(volume > 0).any(axis=1))[:1].tolist():
+            raise MeshError(
+                f"file = '{path}': {kind} {i} at {as_text(p[i].mean(axis=0))} is inverted or flat; expected cells "
+                "with a positive volume in the node order of meshio"
+            )
+    nodes, star = mesh.points.shape[0], Star.of(bulk_cells(mesh))
+    is_used = np.zeros(nodes, dtype=bool)
+    is_used[star.nodes.ravel()] = True
+    for block in mesh.cells:
+        if block.dim == 2:
+            k = _CRACK_CORNERS.get(block.type, 0)
+            faces = block.data[:, :k].astype(np.int64)
+            loose = (
+                np.ones(len(faces), bool) if k != star.corners else (star.find(faces) < 0) & (star.find(faces[:, ::-1]) < 0)
+            )
+            for i in np.flatnonzero(loose)[:1].tolist():
+                raise MeshError(
+                    f"file = '{path}': it mixes solid and plane cells, {block.type} {i} at "
+                    f"{as_text(mesh.points[block.data[i]].mean(axis=0))} is no face of a solid cell; expected faces of them"
+                )
+
+
+def listed(names: Iterable[str]) -> str:
     return ", ".join(sorted(names)) or "none"
 
 
-def _named_sets(mesh: meshio.Mesh) -> tuple[dict[str, Index], dict[str, Index]]:
-    """Line cells by set name, and nodes by set name."""
-    lines: dict[str, Index] = {}
+def named_sets(mesh: meshio.Mesh) -> tuple[dict[str, list[Index]], dict[str, Index]]:
+    """Corners of the line cells, or of the triangles and quadrilaterals of a solid mesh, by set name; nodes by set name."""
+    facets: dict[str, list[Index]] = {}
     nodes: dict[str, Index] = {name: np.asarray(at, dtype=np.int64) for name, at in (mesh.point_sets or {}).items()}
-    for name, members in _members(mesh).items():
-        parts = [(b.type, b.data[at]) for b, at in zip(mesh.cells, members, strict=True) if len(at)]
+    dimension = 2 if is_solid(mesh) else 1
+    for name, members in cell_members(mesh).items():
+        parts = [(b, b.data[at].astype(np.int64)) for b, at in zip(mesh.cells, members, strict=True) if len(at)]
         if parts:
-            nodes[name] = np.unique(np.concatenate([data.ravel() for _, data in parts])).astype(np.int64)
-        edges = [data[:, :2] for kind, data in parts if kind in ("line", "line3")]
-        if edges:
-            lines[name] = np.concatenate(edges).astype(np.int64)
-    return lines, nodes
+            nodes[name] = np.unique(np.concatenate([data.ravel() for _, data in parts]))
+        corners = [data[:, : _CRACK_CORNERS[b.type]] for b, data in parts if b.dim == dimension and b.type in _CRACK_CORNERS]
+        if corners:
+            facets[name] = corners
+    return facets, nodes
 
 
-def _members(mesh: meshio.Mesh) -> dict[str, list[Index]]:
+def cell_members(mesh: meshio.Mesh) -> dict[str, list[Index]]:
     """Cells of each block by set name, gmsh's physical groups included."""
     members: dict[str, list[Index]] = {}
     for name, at in (mesh.cell_sets or {}).items():
@@ -286,21 +193,85 @@ def _members(mesh: meshio.Mesh) -> dict[str, list[Index]]:
     return members
 
 
-def _set_edges(name: str, mesh: meshio.Mesh, lines: Index | None, nodes: Index, index: Index) -> Index:
+def _set_edges(name: str, mesh: meshio.Mesh, lines: list[Index], nodes: Index) -> Index:
     """Edges of a set: its line cells, else every element edge between two of its nodes; chained to one direction."""
-    if lines is not None:
-        return _chained(index[lines])
-    on = np.zeros(len(mesh.points), dtype=bool)
-    on[nodes] = True
-    corners = np.concatenate(
-        [b.data[:, [(i, (i + 1) % n) for i in range(n)]].reshape(-1, 2) for b in mesh.cells for n in [len(EDGES[b.type])]]
-    )
-    edges = np.unique(np.sort(corners[on[corners].all(axis=1)], axis=1), axis=0)
+    if lines:
+        return _chained(np.concatenate(lines))
+    edges = np.unique(np.sort(_facets_between(mesh, nodes).nodes[:, :2], axis=1), axis=0)
     if not len(edges):
         raise MeshError(
             f"crack = '{name}': no element edge joins two nodes of this set; expected lines or nodes along the path"
         )
     return _chained(edges)
+
+
+def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -> Index:
+    """Faces of a set: its triangles or quadrilaterals, else every element face between its nodes; turned the same way."""
+    k = n_corners(mesh.cells[0].type)
+    if cells:
+        if wrong := {faces.shape[1] for faces in cells} - {k}:
+            raise MeshError(
+                f"crack = '{name}': a cell of this set has {wrong.pop()} corners, the faces of the elements have {k}; "
+                "expected faces of the elements"
+            )
+        faces = np.concatenate(cells)
+        return np.where(_turned(name, faces)[0][:, None], faces[:, ::-1], faces)
+    star = _facets_between(mesh, nodes)
+    if not len(star.facet):
+        raise MeshError(
+            f"crack = '{name}': no element face joins nodes of this set; expected surface cells or nodes on the surface"
+        )
+    owner, count = np.unique(star.cell, return_counts=True)
+    if (count == len(FACES[mesh.cells[0].type])).any():
+        raise MeshError(
+            f"crack = '{name}': this set has all corners of element {owner[count.argmax()]}; expected nodes on one surface, "
+            "or a set of its faces"
+        )
+    faces = star.nodes[np.unique(star.facet, return_index=True)[1], :k]
+    is_turned, sheet = _turned(name, faces)
+    faces = np.where(is_turned[:, None], faces[:, ::-1], faces)
+    a, b, c = (mesh.points[faces[:, i]] for i in range(3))
+    for i in range(sheet.max() + 1):
+        normal = np.cross(b - a, c - a)[sheet == i].sum(axis=0)
+        leading = normal[abs(normal) > 1e-6 * abs(normal).max()]
+        if len(leading) and leading[0] < 0:
+            faces[sheet == i] = faces[sheet == i][:, ::-1]
+    return faces
+
+
+def _facets_between(mesh: meshio.Mesh, nodes: Index) -> Star:
+    """The element-facet incidences whose corners are all among some nodes."""
+    on = np.zeros(len(mesh.points), dtype=bool)
+    on[nodes] = True
+    star = Star.of(bulk_cells(mesh))
+    rows = on[star.nodes[:, : star.corners]].all(axis=1)
+    return Star(star.cell[rows], star.facet[rows], star.nodes[rows], star.corners)
+
+
+def _turned(name: str, faces: Index) -> tuple[NDArray[np.bool_], Index]:
+    """Which faces to turn over so that neighbours have the same sense as the first of their sheet, and the sheet of each.
+
+    A sheet goes on over edges that two faces share, and ends where more of them meet.
+    """
+    n, k = faces.shape
+    ring = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    edge = numbered(ring, directed=False)
+    order = np.argsort(edge, kind="stable")
+    first = np.flatnonzero(np.bincount(edge)[edge[order]] == 2)[::2]
+    one, other = order[first], order[first + 1]
+    agree = ring[one, 0] != ring[other, 0]
+    i, j = one // k, other // k
+    # face i as it is has the number i, turned over n + i
+    graph = sp.coo_array(
+        (np.ones(2 * len(i)), (np.r_[i, n + i], np.r_[np.where(agree, j, n + j), np.where(agree, n + j, j)])),
+        shape=(2 * n, 2 * n),
+    )
+    _, group = connected_components(graph, directed=False)
+    same, against = group[:n], group[n:]
+    if (same == against).any():
+        raise MeshError(f"crack = '{name}': this surface has only one side, as a Moebius strip; expected one with two sides")
+    _, start, sheet = np.unique(np.minimum(same, against), return_index=True, return_inverse=True)
+    return np.asarray(same != same[start][sheet]), np.asarray(sheet)
 
 
 def _chained(edges: Index) -> Index:
