@@ -30,7 +30,7 @@ class PlaneCrack:
 
     Parameters
     ----------
-    along, across : (3,) unit vectors in its plane, at a right angle; the normal towards the plus side is across x along.
+    along, across : (3,) unit vectors in its plane, at a right angle; the normal towards the plus side is along x across.
     length, width : of a rectangle with sides along and across; infinity: through the body.
     radius : of a disc instead.
     """
@@ -44,7 +44,7 @@ class PlaneCrack:
     @property
     def normal(self) -> Array:
         """Unit normal towards the plus side."""
-        return np.asarray(np.cross(self.across, self.along))
+        return np.asarray(np.cross(self.along, self.across))
 
     def outline(self, half: Array) -> Array:
         """Corners of the part of the rectangle inside a box with these half sides, (k, 3)."""
