@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from .cracks import Line, as_text, bulk_cells, edges_on_path, insert_cracks
 from .errors import MeshError
 from .plane import counter_clockwise
-from .star import EDGES, FACES, FACETS, Blocks, Star, n_corners, numbered
+from .star import EDGES, FACES, FACETS, Blocks, Star, numbered
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -207,13 +207,7 @@ def _set_edges(name: str, mesh: meshio.Mesh, lines: list[Index], nodes: Index) -
 
 def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -> Index:
     """Faces of a set: its triangles or quadrilaterals, else every element face between its nodes; turned the same way."""
-    k = n_corners(mesh.cells[0].type)
     if cells:
-        if wrong := {faces.shape[1] for faces in cells} - {k}:
-            raise MeshError(
-                f"crack = '{name}': a cell of this set has {wrong.pop()} corners, the faces of the elements have {k}; "
-                "expected faces of the elements"
-            )
         faces = np.concatenate(cells)
         return np.where(_turned(name, faces)[0][:, None], faces[:, ::-1], faces)
     star = _facets_between(mesh, nodes)
@@ -227,7 +221,7 @@ def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -
             f"crack = '{name}': this set has all corners of element {owner[count.argmax()]}; expected nodes on one surface, "
             "or a set of its faces"
         )
-    faces = star.nodes[np.unique(star.facet, return_index=True)[1], :k]
+    faces = star.nodes[np.unique(star.facet, return_index=True)[1], : star.corners]
     is_turned, sheet = _turned(name, faces)
     faces = np.where(is_turned[:, None], faces[:, ::-1], faces)
     a, b, c = (mesh.points[faces[:, i]] for i in range(3))
