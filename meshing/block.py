@@ -122,9 +122,7 @@ def mesh_block(
         faces = image[1] if conforming else []
         mesh = collect(gmsh, faces, dimension=3)
     cut = np.concatenate([np.empty((0, 3), dtype=np.int64), *(block.data for block in mesh.cells if block.type == "triangle")])
-    a, b, c = (mesh.points[cut[:, i]] for i in range(3))
-    against = np.cross(b - a, c - a) @ crack.normal < 0
-    cut[against] = cut[against][:, ::-1]
+    cut = facing(mesh.points, cut, crack.normal)
     mesh.cells = [block for block in mesh.cells if block.type == "tetra"]
     slack = SLACK * max(sides)
     lowest = abs(mesh.points + half) < slack
@@ -139,6 +137,13 @@ def mesh_block(
     if sizes.order == 2:
         mesh = with_mid_nodes(mesh)
     return insert_cracks(mesh, cut) if conforming else cut_slits(mesh, cut)
+
+
+def facing(points: Array, triangles: Index, normal: Array) -> Index:
+    """Triangles turned so that they face a direction; gmsh promises none."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    against = np.cross(b - a, c - a) @ normal < 0
+    return np.where(against[:, None], triangles[:, ::-1], triangles)
 
 
 def _add_crack(gmsh: ModuleType, crack: PlaneCrack, half: Array) -> tuple[int, int]:

@@ -66,7 +66,7 @@ class MeshSizes:
             raise ValueError(f"shape = {self.shape!r}: expected 'triangle' or 'quad'")
         if self.order not in (1, 2):
             raise ValueError(f"order = {self.order!r}: expected 1 or 2")
-        if self.layers is not None and not self.layers >= 1:
+        if self.layers is not None and not (isinstance(self.layers, int) and self.layers >= 1):
             raise ValueError(f"layers = {self.layers!r}: expected a whole number of at least 1")
 
 
