@@ -121,23 +121,25 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
         for row in (minus_row[: len(crack)], plus_row[: len(crack)])
     )
     if (minus == plus)[:, : star.corners].all():
-        word, facet, _, reach = _WORDS[star.corners]
-        raise MeshError(
-            f"the crack {word} cuts nothing: {len(crack)} element {facet}(s) inside the body, none of which reaches a free "
-            f"{reach}"
-        )
+        word, facet, _, reason = _WORDS[star.corners]
+        raise MeshError(f"the crack {word} cuts nothing: {len(crack)} element {facet}(s) inside the body, {reason}")
     return _with_crack_cells(mesh, star, cells, original, minus, plus)
 
 
-#: by the corners of a facet: what a crack runs along, what that consists of, where else it may run by mistake, and what it
-#: must reach to cut
+#: by the corners of a facet: what a crack runs along, what that consists of, where else it may run by mistake, and why it
+#: may cut nothing
 _WORDS = {
-    2: ("path", "edge", "outside the body", "edge or another one; expected at least two element edges in a row"),
+    2: (
+        "path",
+        "edge",
+        "outside the body",
+        "none of which reaches a free edge or another one; expected at least two element edges in a row",
+    ),
     3: (
         "surface",
         "face",
         "outside the body or through its elements",
-        "face or surrounds a node; expected several element faces side by side",
+        "all of whose nodes lie on its front; expected at least two element faces from front to front, smaller elements",
     ),
 }
 _WORDS[4] = _WORDS[3]
