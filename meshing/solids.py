@@ -23,9 +23,9 @@ class Extruded(PlaneSpecimen):
     """A plane specimen extruded over its thickness, z from -thickness/2 to thickness/2.
 
     The point sets of the plane specimen run through the thickness. Further sets: `back` and `front`, the faces at the
-    smallest and the largest z; `pin`, one node of the back. Meshes have hexahedra (shape "quad") or tetrahedra (shape
-    "triangle", which the crack band's body does not have: its triangles become prisms, hexahedra with equal nodes), in as
-    many layers as the sizes say.
+    smallest and the largest z; `pin`, one node of the back. The sizes give the shape, "quad" for hexahedra and "triangle" for
+    tetrahedra, and the number of layers. With a crack band all cells are hexahedra; those over a triangle of the plane mesh
+    have two pairs of equal nodes, which makes them prisms.
     """
 
     thickness: float
