@@ -15,11 +15,15 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from .continuum import ElasticBlock
+from .planes import frames
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 _FREE, _FIXED, _DRIVEN = 0, 1, 2
+
+#: directions are equal or at right angles where their sines or cosines are below this
+_SKEW = 4e-5
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ class Tie:
 
     name: str
     nodes: Index
-    direction: tuple[float, float]
+    direction: tuple[float, ...]
     factor: float = 1.0  # of the drive's motion
     lever: Array | None = None
 
@@ -43,7 +47,7 @@ class Unknowns:
 
     Attributes
     ----------
-    transform : (2 m, n) sparse matrix
+    transform : (d m, n) sparse matrix
     turns : (t,) array, numbers of the unknowns that are the turns of hinged ties.
     drives : (k,) array, numbers of the unknowns that are the driven motions, the last ones.
     node : (n,) array, the leading node of each unknown; for a turn or drive, any of its nodes.
@@ -62,7 +66,8 @@ class Unknowns:
         ----------
         leader : (m,) array, for the copies of a node on the crack path the one of them that names the group, for
             every other node itself.
-        supports, drives : lists of ties; each drive is a motion of its own.
+        supports, drives : lists of ties; each drive is a motion of its own. At a node their directions are equal, opposite
+            or at right angles.
         mirror : normal of a plane of symmetry, at nodes whose copy stands for the mirror image. They open along
             the normal and move along the plane, nothing else.
 
@@ -73,44 +78,46 @@ class Unknowns:
         """
         m = len(leader)
         extra = np.flatnonzero(leader != np.arange(m))
-        frame = np.broadcast_to(np.eye(2), (m, 2, 2)).copy()
-        framed = np.zeros(m, dtype=bool)
-        mean, held = np.full((m, 2), _FREE), np.zeros((m, 2), dtype=bool)
-        sign = np.ones((m, 2))
+        d = len((*supports, *drives)[0].direction)
+        frame = np.broadcast_to(np.eye(d), (m, d, d)).copy()
+        taken = np.zeros(m, dtype=np.int64)  # axes of the frame that ties have set, the first ones
+        mean, held = np.full((m, d), _FREE), np.zeros((m, d), dtype=bool)
+        sign = np.ones((m, d))
         if mirror is not None:
-            at, (x, y) = np.unique(leader[mirror.nodes]), mirror.direction
-            frame[at], framed[at] = np.array([[x, y], [-y, x]]), True
-            mean[at, 0], held[at, 1] = _FIXED, True
+            at = np.unique(leader[mirror.nodes])
+            frame[at], taken[at] = frames(np.array([mirror.direction]))[0], 1
+            mean[at, 0], held[at, 1:] = _FIXED, True
         driven = [(drive, _DRIVEN + i) for i, drive in enumerate(drives)]
         for tie, state in [*((support, _FIXED) for support in supports), *driven]:
             at = np.unique(leader[tie.nodes])
             if not len(at):
                 raise ValueError(f"{tie.name}: expected at least one node, got none")
-            d = np.asarray(tie.direction)
-            new = at[~framed[at]]
-            frame[new] = np.array([[d[0], d[1]], [-d[1], d[0]]])
-            framed[new] = True
-            along = frame[at] @ d
-            component = abs(along).argmax(axis=1)
-            if (abs(abs(along).max(axis=1) - 1.0) > 1e-9).any():
+            direction = np.asarray(tie.direction)
+            cosine = np.where(np.arange(d) < taken[at, None], abs(frame[at] @ direction), 0.0)
+            new = (cosine < _SKEW).all(axis=1)
+            if (~new & (cosine.max(axis=1) < 1.0 - 0.5 * _SKEW**2)).any():
                 raise ValueError(f"{tie.name}: its direction is oblique to another support at the same node")
+            component = np.where(new, taken[at], cosine.argmax(axis=1))
+            frame[at[new]] = _with_axis(frame[at[new]], taken[at[new]], direction)
+            taken[at[new]] += 1
+            along = np.einsum("ni,i->n", frame[at, component], direction)
             if (mean[at, component] >= _DRIVEN).any() or (state >= _DRIVEN and (mean[at, component] != _FREE).any()):
                 raise ValueError(f"{tie.name}: a node is both held and driven in the direction {tie.direction}")
             mean[at, component] = state
-            sign[at, component] = tie.factor * along[np.arange(len(at)), component]
+            sign[at, component] = tie.factor * along
             held[at, component] |= len(at) > 1 or state == _FIXED
 
         mean[extra] = _FIXED  # their mean is their leader's
         mean_free = mean == _FREE
         jump_free = ~held[leader[extra]]
         n_mean, n_jump = int(mean_free.sum()), int(jump_free.sum())
-        number = np.full((m, 2), -1)
+        number = np.full((m, d), -1)
         number[mean_free] = np.arange(n_mean)
         is_driven = mean >= _DRIVEN
         hinged = [tie for tie in (*supports, *drives) if tie.lever is not None]
         n_free = n_mean + n_jump
         number[is_driven] = n_free + len(hinged) + mean[is_driven] - _DRIVEN
-        jump_number = np.full((len(extra), 2), -1)
+        jump_number = np.full((len(extra), d), -1)
         jump_number[jump_free] = n_mean + np.arange(n_jump)
 
         # copies of one node: u_i = mean + jump_i - (sum of the jumps) / copies, the first one without jump
@@ -120,25 +127,25 @@ class Unknowns:
         share = (share + sp.csr_array((np.ones(len(extra)), (extra, np.arange(len(extra)))), shape=share.shape)).tocoo()
 
         rows, columns, values = [], [], []
-        for component in (0, 1):
+        for axis in range(d):
             for nodes, number_of, weight in (
-                (np.arange(m), number[leader, component], sign[leader, component]),
-                (share.row, jump_number[share.col, component], share.data),
+                (np.arange(m), number[leader, axis], sign[leader, axis]),
+                (share.row, jump_number[share.col, axis], share.data),
             ):
                 use = number_of >= 0
-                for axis in (0, 1):
-                    rows.append(2 * nodes[use] + axis)
+                for i in range(d):
+                    rows.append(d * nodes[use] + i)
                     columns.append(number_of[use])
-                    values.append(weight[use] * frame[leader[nodes[use]], component, axis])
+                    values.append(weight[use] * frame[leader[nodes[use]], axis, i])
         for turn, tie in enumerate(hinged):
             assert tie.lever is not None
-            for axis in (0, 1):
-                rows.append(2 * tie.nodes + axis)
+            for i in range(d):
+                rows.append(d * tie.nodes + i)
                 columns.append(np.full(len(tie.nodes), n_free + turn))
-                values.append(tie.direction[axis] * tie.lever)
+                values.append(tie.direction[i] * tie.lever)
         transform = sp.csr_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
-            shape=(2 * m, n_free + len(hinged) + len(drives)),
+            shape=(d * m, n_free + len(hinged) + len(drives)),
         )
         transform.eliminate_zeros()
         jumping = leader[extra[np.nonzero(jump_free)[0]]]
@@ -148,19 +155,33 @@ class Unknowns:
         return cls(transform, turns, n_free + len(hinged) + np.arange(len(drives)), node)
 
 
-def bulk_stiffness(blocks: Sequence[ElasticBlock], n_points: int, transform: sp.csr_array) -> sp.csc_array:
+def _with_axis(frame: Array, taken: Index, direction: Array) -> Array:
+    """Frames (n, d, d) that keep their first `taken` axes and have the direction, at right angles to these, as their next
+    one, up to its sign."""
+    frame = frame.copy()
+    frame[taken == 0] = frames(direction[None])
+    turn = (taken > 0) & (taken < len(direction) - 1)  # a last axis is given by the others
+    first = frame[turn, 0]
+    second = direction - (first @ direction)[:, None] * first
+    second /= np.linalg.norm(second, axis=1, keepdims=True)
+    if turn.any():
+        frame[turn, 1], frame[turn, 2] = second, np.cross(first, second)
+    return frame
+
+
+def bulk_stiffness(blocks: Sequence[ElasticBlock], transform: sp.csr_array) -> sp.csc_array:
     """Stiffness of the elastic bulk in the solver's unknowns, N/mm."""
     if not blocks:
         return sp.csc_array((transform.shape[1],) * 2)
     rows, columns, values = [], [], []
     for block in blocks:
-        dofs = (2 * block.cells[:, :, None] + np.arange(2)).reshape(len(block.cells), -1).astype(np.int32)
+        dofs = block.dofs().astype(np.int32)
         K = block.stiffness()
         rows.append(np.broadcast_to(dofs[:, :, None], K.shape).ravel())
         columns.append(np.broadcast_to(dofs[:, None, :], K.shape).ravel())
         values.append(K.ravel())
     K = sp.coo_array(
-        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(2 * n_points, 2 * n_points)
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(transform.shape[0],) * 2
     ).tocsr()
     return (transform.T @ K @ transform).tocsc()
 
@@ -169,14 +190,15 @@ def bulk_stiffness(blocks: Sequence[ElasticBlock], n_points: int, transform: sp.
 class Points:
     """Deformations and forces at all points with cracks, on the few unknowns that each one sees.
 
-    The deformation is the jump of an interface, c = 2, with a traction as its stress, or the strain of a band, c = 3.
+    The deformation is the jump of an interface, with a traction as its stress, or the strain of a band; c is 2 or 3 in
+    the plane, 3 or 6 in space.
 
     Attributes
     ----------
     index : (p, k) array, unknowns; a point that sees fewer than k repeats one, with zero in `matrix`.
     matrix : (p, c, k) array, deformation = matrix @ v[index].
     weights : (p,) array, mm^2 of an interface, mm^3 of a band.
-    where : (p, 2) array, mm, for messages.
+    where : (p, d) array, mm, for messages.
     size : number of unknowns.
     """
 

@@ -21,12 +21,12 @@ _LEAF = 8
 def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Index:
     """Elimination order of the nodes of a mesh, from the coordinates alone.
 
-    Every part of the mesh is halved at the median of its element centres along its longer side; the nodes
+    Every part of the mesh is halved at the median of its element centres along its longest side; the nodes
     that both halves share separate them and come after both. All parts of a level are halved at once.
 
     Parameters
     ----------
-    points : (m, 2) array
+    points : (m, d) array
     cells : arrays (n, nodes per element), one for each block.
     last : nodes that come after all others. Where they cut the mesh in two, these are the first two halves.
 

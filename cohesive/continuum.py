@@ -1,4 +1,8 @@
-"""Plane elements T3, T6, Q4, Q8 and the Q6 of a crack band: stiffness, strain, stress, all elements of a block at once."""
+"""Elements of the bulk and of a crack band: stiffness, strain, stress, all elements of a block at once.
+
+In the plane T3, T6, Q4, Q8 and the Q6 of a crack band, in space Tet4, Tet10 and Hex8. Stress and strain components come in
+the order of `planes.PAIRS`: [xx, yy, xy] or [xx, yy, zz, xy, yz, zx], strains with engineering shear.
+"""
 
 from __future__ import annotations
 
@@ -8,90 +12,68 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from .planes import PAIRS
+from .shapes import (
+    Rule,
+    Shape,
+    gauss_cube,
+    gauss_simplex,
+    linear_cube,
+    linear_simplex,
+    quadratic_along,
+    quadratic_simplex,
+    serendipity,
+)
+
 Array = NDArray[np.float64]
 
 
 class ElementError(ValueError):
-    """An element with no positive area, or of a type that is not implemented."""
+    """An element with no positive area or volume, or of a type that is not implemented."""
 
-
-def _triangle3(r: Array) -> tuple[Array, Array]:
-    x, y = r.T
-    N = np.stack([1 - x - y, x, y], axis=1)
-    dN = np.broadcast_to([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]], (len(r), 3, 2))
-    return N, np.array(dN)
-
-
-def _triangle6(r: Array) -> tuple[Array, Array]:
-    L, dL = _triangle3(r)
-    pairs = [(0, 1), (1, 2), (2, 0)]
-    N = np.stack([a * (2 * a - 1) for a in L.T] + [4 * L[:, i] * L[:, j] for i, j in pairs], axis=1)
-    corners = (4 * L - 1)[:, :, None] * dL
-    mids = [4 * (L[:, [i]] * dL[:, j] + L[:, [j]] * dL[:, i]) for i, j in pairs]
-    return N, np.concatenate([corners, np.stack(mids, axis=1)], axis=1)
-
-
-_CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-
-
-def _quad4(r: Array) -> tuple[Array, Array]:
-    fx, fy = (1 + r[:, None, :] * _CORNERS).transpose(2, 0, 1)
-    return fx * fy / 4, np.stack([_CORNERS[:, 0] * fy, _CORNERS[:, 1] * fx], axis=2) / 4
-
-
-def _quad8(r: Array) -> tuple[Array, Array]:
-    x, y = r[:, :1], r[:, 1:]
-    X, Y = _CORNERS.T
-    fx, fy, serendipity = 1 + x * X, 1 + y * Y, x * X + y * Y - 1
-    corners = fx * fy * serendipity / 4
-    d_corners = np.stack([X * fy * (serendipity + fx), Y * fx * (serendipity + fy)], axis=2) / 4
-    # mid-sides in the order of the edges: bottom, right, top, left
-    s = np.array([-1.0, 1.0])
-    flat, steep = (1 - x**2) * (1 + y * s) / 2, (1 - y**2) * (1 + x * s) / 2
-    d_flat = np.stack([-x * (1 + y * s), (1 - x**2) * s / 2], axis=2)
-    d_steep = np.stack([(1 - y**2) * s / 2, -y * (1 + x * s)], axis=2)
-    N = np.stack([flat[:, 0], steep[:, 1], flat[:, 1], steep[:, 0]], axis=1)
-    dN = np.stack([d_flat[:, 0], d_steep[:, 1], d_flat[:, 1], d_steep[:, 0]], axis=1)
-    return np.concatenate([corners, N], axis=1), np.concatenate([d_corners, dN], axis=1)
-
-
-def _quad6(r: Array) -> tuple[Array, Array]:
-    """Quadratic along the first axis, linear across: the nodes of Q8 without mid-sides on the right and left."""
-    x, y = r[:, :1], r[:, 1:]
-    s = np.array([-1.0, 1.0])
-    end, middle = x * (x + s) / 2, 1 - x**2
-    d_end, d_middle = x + s / 2, -2 * x
-    low, high = (1 - y) / 2, (1 + y) / 2
-    N = np.concatenate([end * low, end[:, ::-1] * high, middle * low, middle * high], axis=1)
-    d_x = np.concatenate([d_end * low, d_end[:, ::-1] * high, d_middle * low, d_middle * high], axis=1)
-    d_y = np.concatenate([-end, end[:, ::-1], -middle, middle], axis=1) / 2
-    return N, np.stack([d_x, d_y], axis=2)
-
-
-def _gauss_square(n: int) -> tuple[Array, Array]:
-    x, w = np.polynomial.legendre.leggauss(n)
-    return np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2), np.outer(w, w).ravel()
-
-
-_THIRD = 1.0 / 3.0
-_T1 = (np.full((1, 2), _THIRD), np.array([0.5]))
-_T3 = (np.array([[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]]) / 6.0, np.full(3, 1.0 / 6.0))
 
 #: shape functions, quadrature that integrates the stiffness of a straight element exactly, centre
-ELEMENTS = {
-    "triangle": (_triangle3, _T1, _T1[0]),
-    "triangle6": (_triangle6, _T3, _T1[0]),
-    "quad": (_quad4, _gauss_square(2), np.zeros((1, 2))),
-    "quad8": (_quad8, _gauss_square(3), np.zeros((1, 2))),
-    "quad6": (_quad6, _gauss_square(3), np.zeros((1, 2))),
+ELEMENTS: dict[str, tuple[Shape, Rule, Array]] = {
+    "triangle": (linear_simplex, gauss_simplex(1, 2), gauss_simplex(1, 2)[0]),
+    "triangle6": (quadratic_simplex, gauss_simplex(2, 2), gauss_simplex(1, 2)[0]),
+    "quad": (linear_cube, gauss_cube(2, 2), np.zeros((1, 2))),
+    "quad8": (serendipity, gauss_cube(3, 2), np.zeros((1, 2))),
+    "quad6": (quadratic_along, gauss_cube(3, 2), np.zeros((1, 2))),
+    "tetra": (linear_simplex, gauss_simplex(1, 3), gauss_simplex(1, 3)[0]),
+    "tetra10": (quadratic_simplex, gauss_simplex(2, 3), gauss_simplex(1, 3)[0]),
+    "hexahedron": (linear_cube, gauss_cube(2, 3), np.zeros((1, 3))),
 }
 
-#: columns of a `quad8` cell of a band that are the nodes of a `quad6`
-BAND_COLUMNS = {"quad": ("quad", [0, 1, 2, 3]), "quad8": ("quad6", [0, 1, 2, 3, 4, 6])}
+#: columns of a cell of a band that are the nodes of its element
+BAND_COLUMNS = {
+    "quad": ("quad", [0, 1, 2, 3]), "quad8": ("quad6", [0, 1, 2, 3, 4, 6]), "hexahedron": ("hexahedron", [*range(8)]),
+}  # fmt: skip
+
+#: corners of an element as a polygon or hexahedron that repeats its last one
+_CORNERS = {"triangle": [0, 1, 2, 2], "quad": [0, 1, 2, 3], "tetra": [0, 1, 2, 2, 3, 3, 3, 3], "hexahedron": [*range(8)]}
+
+#: an element counts as flat where its Jacobian is below this part of that of a box with the same edges
+_FLAT = 1e-12
 
 
-def elasticity(E: float, nu: float, plane: str) -> Array:
-    """Matrix of plane stress or plane strain, (3, 3), MPa, for [xx, yy, engineering xy]."""
+def _inverse(J: Array) -> tuple[Array, Array]:
+    """Determinants (...) and inverses (..., d, d) times them."""
+    columns = np.moveaxis(J, -1, 0)
+    if len(columns) == 2:
+        adjugate = np.stack([J[..., 1, 1], -J[..., 0, 1], -J[..., 1, 0], J[..., 0, 0]], -1).reshape(J.shape)
+        return J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0], adjugate
+    a, b, c = columns
+    adjugate = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
+    return np.einsum("...x,...x->...", a, adjugate[..., 0, :]), adjugate
+
+
+def elasticity(E: float, nu: float, plane: str | None = None) -> Array:
+    """Matrix of plane "stress" or plane "strain", (3, 3), or without a plane that of space, (6, 6), MPa."""
+    if plane is None:
+        G = E / (2 * (1 + nu))
+        D = np.diag([2 * G] * 3 + [G] * 3)
+        D[:3, :3] += E * nu / ((1 + nu) * (1 - 2 * nu))
+        return D
     if plane == "strain":
         E, nu = E / (1 - nu**2), nu / (1 - nu)
     return E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
@@ -103,48 +85,62 @@ class ElasticBlock:
 
     Parameters
     ----------
-    kind : "triangle" | "triangle6" | "quad" | "quad8", meshio's names and node order, or "quad6".
-    points : (m, 2) array, mm, of the whole mesh.
+    kind : one of `ELEMENTS`, meshio's names and node order; "quad6" is a "quad8" without two mid-sides.
+    points : (m, d) array, mm, of the whole mesh.
     cells : (n, nodes per element) array.
-    D : (3, 3) array, MPa, see `elasticity`.
-    thickness : mm.
+    D : (k, k) array, MPa, see `elasticity`.
+    thickness : mm, of a plane body.
 
     Raises
     ------
     ElementError
-        For another type, or an element with no positive area, naming it.
+        For another type or one of another dimension than the points, a thickness in space, or an element with no
+        positive area or volume, naming it.
     """
 
     kind: str
     points: Array
     cells: NDArray[np.int64]
     D: Array
-    thickness: float
+    thickness: float = 1.0
 
     def __post_init__(self) -> None:
         if self.kind not in ELEMENTS:
             raise ElementError(f"cells of type {self.kind!r}: expected one of {', '.join(ELEMENTS)}")
+        d, k = self.dimension, len(PAIRS[self.dimension])
+        if ELEMENTS[self.kind][2].shape[1] != d or self.D.shape != (k, k):
+            raise ElementError(f"cells of type {self.kind!r}: points have {d} coordinates and D is {self.D.shape}")
+        if d == 3 and self.thickness != 1.0:
+            raise ElementError(f"cells of type {self.kind!r}, thickness = {self.thickness:g}: expected none in space")
+
+    @property
+    def dimension(self) -> int:
+        """Of space."""
+        return int(self.points.shape[1])
 
     def _gradients(self, at: Array) -> tuple[Array, Array]:
-        """Strain operator (q, n, 3, 2 nodes) and Jacobian determinant (q, n) at local points (q, 2)."""
+        """Strain operator (q, n, k, d nodes) and Jacobian determinant (q, n) at local points (q, d)."""
         _, dN = ELEMENTS[self.kind][0](at)
         J = np.einsum("qad,nax->qnxd", dN, self.points[self.cells])
-        det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-        if (det <= 0).any():
-            bad = int(np.argwhere((det <= 0).any(axis=0))[0, 0])
-            x, y = self.points[self.cells[bad]].mean(axis=0)
+        det, adjugate = _inverse(J)
+        flat = det <= _FLAT * np.linalg.norm(J, axis=-2).prod(axis=-1)
+        if flat.any():
+            bad = int(np.flatnonzero(flat.any(axis=0))[0])
+            place = ", ".join(f"{x:g}" for x in self.points[self.cells[bad]].mean(axis=0))
+            size = "area" if self.dimension == 2 else "volume"
             raise ElementError(
-                f"{self.kind} element {bad} at ({x:g}, {y:g}) is inverted or has no area: expected a positive Jacobian"
+                f"{self.kind} element {bad} at ({place}) is inverted or has no {size}: expected a positive Jacobian"
             )
-        inverse = np.stack([J[..., 1, 1], -J[..., 0, 1], -J[..., 1, 0], J[..., 0, 0]], -1) / det[..., None]
-        dNdx = np.einsum("qad,qndx->qnax", dN, inverse.reshape(*det.shape, 2, 2))
-        B = np.zeros((*det.shape, 3, 2 * self.cells.shape[1]))
-        B[..., 0, 0::2] = B[..., 2, 1::2] = dNdx[..., 0]
-        B[..., 1, 1::2] = B[..., 2, 0::2] = dNdx[..., 1]
+        dNdx = np.einsum("qad,qndx->qnax", dN, adjugate / det[..., None, None])
+        d = self.dimension
+        B = np.zeros((*det.shape, len(PAIRS[d]), d * self.cells.shape[1]))
+        for row, (i, j) in enumerate(PAIRS[d]):
+            B[..., row, i::d] = dNdx[..., j]
+            B[..., row, j::d] = dNdx[..., i]
         return B, det
 
     def stiffness(self) -> Array:
-        """Element stiffness matrices, (n, 2 nodes, 2 nodes), N/mm."""
+        """Element stiffness matrices, (n, d nodes, d nodes), N/mm."""
         at, weights = ELEMENTS[self.kind][1]
         B, det = self._gradients(at)
         K = np.zeros((len(self.cells), B.shape[-1], B.shape[-1]))
@@ -153,32 +149,37 @@ class ElasticBlock:
         return K
 
     def stress(self, displacement: Array) -> Array:
-        """Stress [xx, yy, xy] at the element centres, (n, 3), MPa, from displacements (m, 2)."""
+        """Stress at the element centres, (n, k), MPa, from displacements (m, d)."""
         B, _ = self._gradients(ELEMENTS[self.kind][2])
         u = displacement[self.cells].reshape(len(self.cells), -1)
         return np.asarray(np.einsum("ij,njk,nk->ni", self.D, B[0], u))
 
-    def strain_points(self, rule: tuple[Array, Array] | None = None) -> tuple[sp.csr_array, Array, Array, NDArray[np.int64]]:
-        """The points of a quadrature rule, by default the element's own: displacements of the mesh nodes to strains
-        [xx, yy, engineering xy], a (3 p, 2 m) matrix; volumes (p,), mm^3; positions (p, 2), mm; the cell of each
-        point (p,)."""
+    def strain_points(self, rule: Rule | None = None) -> tuple[sp.csr_array, Array, Array, NDArray[np.int64]]:
+        """The points of a quadrature rule, by default the element's own: displacements of the mesh nodes to strains,
+        a (k p, d m) matrix; volumes (p,), mm^3; positions (p, d), mm; the cell of each point (p,)."""
         at, weights = rule or ELEMENTS[self.kind][1]
         B, det = (value.swapaxes(0, 1) for value in self._gradients(at))  # element by element
-        n, q, _, k = B.shape
-        dofs = (2 * self.cells[:, :, None] + np.arange(2)).reshape(n, 1, 1, k)
-        rows = np.arange(3 * n * q).reshape(n, q, 3, 1)
+        n, q, k, _ = B.shape
+        rows = np.arange(k * n * q).reshape(n, q, k, 1)
+        columns = self.dofs()[:, None, None, :]
         operator = sp.csr_array(
-            (B.ravel(), (np.broadcast_to(rows, B.shape).ravel(), np.broadcast_to(dofs, B.shape).ravel())),
-            shape=(3 * n * q, 2 * len(self.points)),
+            (B.ravel(), (np.broadcast_to(rows, B.shape).ravel(), np.broadcast_to(columns, B.shape).ravel())),
+            shape=(k * n * q, self.points.size),
         )
         where = np.einsum("qa,nax->nqx", ELEMENTS[self.kind][0](at)[0], self.points[self.cells])
-        return operator, (self.thickness * weights * det).ravel(), where.reshape(-1, 2), np.repeat(np.arange(n), q)
+        volumes = (self.thickness * weights * det).ravel()
+        return operator, volumes, where.reshape(-1, self.dimension), np.repeat(np.arange(n), q)
+
+    def dofs(self) -> NDArray[np.int64]:
+        """Numbers of the elements' displacements among those of the mesh, (n, d nodes)."""
+        d = self.dimension
+        return (d * self.cells[:, :, None] + np.arange(d)).reshape(len(self.cells), -1)
 
     def corners(self) -> Array:
-        """Corners of the elements, (n, 4, 2), mm; a triangle repeats its last one."""
-        return self.points[self.cells[:, [0, 1, 2, 2 if self.kind.startswith("triangle") else 3]]]
+        """Corners of the elements, (n, 4, 2) or (n, 8, 3), mm, as `longest_chord` takes them."""
+        return self.points[self.cells[:, _CORNERS[self.kind.rstrip("0123456789")]]]
 
-    def area(self) -> float:
-        """Sum of the element areas, mm^2."""
+    def volume(self) -> float:
+        """Of all elements together, mm^3."""
         at, weights = ELEMENTS[self.kind][1]
-        return float((weights[:, None] * self._gradients(at)[1]).sum())
+        return float((self.thickness * weights[:, None] * self._gradients(at)[1]).sum())

@@ -8,9 +8,10 @@ shear] and l_ch the length of the element along its normal: the law is `CrackPla
 
 With T = ds/de the matrix M = T + N De N^T (I - C T), stacked over the planes of a point, drives the local iteration,
 M de = psi (42), (43), and gives the consistent tangent, M de = N De deps, dsigma = De (deps - N^T (I - C T) de), which
-is eq. (37) without an inverse. Two open planes share shear stress, M is singular and de of minimum norm is taken.
+is eq. (37) without an inverse. Open planes share shear stress: M of two has rank 3 of 4 in the plane and 5 of 6 in space,
+there M of three 6 of 9 at most, and de of minimum norm is taken.
 
-The number of components follows from De: 3 [xx, yy, engineering xy] in the plane.
+The number of components follows from De, see `planes.PAIRS`.
 """
 
 from __future__ import annotations
@@ -89,11 +90,11 @@ class CrackBand:
     ----------
     plane : CrackPlane, of any width; each crack takes l_ch for its own.
     D : (k, k) array, MPa, elasticity.
-    corners : (p, m, 2) array, mm, corners of the element of each point, see `longest_chord`.
+    corners : (p, m, d) array, mm, corners of the element of each point, see `longest_chord`.
     max_cracks : planes per point.
     threshold_angle : least angle between the normals of two planes of a point, degrees.
     tol : on the local stress error, relative to ft.
-    path_normal : (p, d) array, or None. Ahead of a crack the two principal stresses are close, their difference on the
+    path_normal : (p, d) array, or None. Ahead of a crack the principal stresses are close, their difference on the
         axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. Where the normal of
         the path is a principal direction within 5 % of the major stress, the plane takes it.
     """

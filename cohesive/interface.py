@@ -1,8 +1,12 @@
 """Zero-thickness interface elements: jump, rotation to the crack frame, quadrature, and the law at their points.
 
-A crack cell lists the nodes of its minus side, then of its plus side, as the perimeter of the quadrilateral
+In the plane a crack cell lists the nodes of its minus side, then of its plus side, as the perimeter of the quadrilateral
 into which it opens: `quad` = [a-, b-, b+, a+], `quad8` = [a-, b-, b+, a+, mid-, b-, mid+, a+]. With the tangent from
 a to b the normal is the tangent turned by +90 degrees; it points from minus to plus.
+
+In space it lists the facet of the minus side, then that of the plus side: `wedge` = [a-, b-, c-, a+, b+, c+],
+`hexahedron` with four corners each, and `wedge15` = [a-, b-, c-, a+, b+, c+, ab-, bc-, ca-, ab+, bc+, ca+, a-, b-, c-].
+The normal is (b - a) x (c - a). On a facet that is curved or warped it is taken at each point.
 """
 
 from __future__ import annotations
@@ -15,27 +19,37 @@ from numpy.typing import NDArray
 
 from .concrete import Concrete
 from .crackplane import CrackPlane
+from .planes import frames
+from .shapes import Rule, Shape, gauss_cube, gauss_simplex, linear_cube, linear_simplex, quadratic_line, quadratic_simplex
 
 Array = NDArray[np.float64]
 
-#: columns of the minus and plus nodes in the order a, b[, mid]
-SIDES = {"quad": ((0, 1), (3, 2)), "quad8": ((0, 1, 4), (3, 2, 6))}
+#: columns of the minus and plus nodes in the order of the shape functions
+SIDES = {
+    "quad": ((0, 1), (3, 2)),
+    "quad8": ((0, 1, 4), (3, 2, 6)),
+    "wedge": ((0, 1, 2), (3, 4, 5)),
+    "wedge15": ((0, 1, 2, 6, 7, 8), (3, 4, 5, 9, 10, 11)),
+    "hexahedron": ((0, 1, 2, 3), (4, 5, 6, 7)),
+}
 
+_SHAPES: dict[str, Shape] = {
+    "quad": linear_cube, "quad8": quadratic_line,
+    "wedge": linear_simplex, "wedge15": quadratic_simplex, "hexahedron": linear_cube,
+}  # fmt: skip
 
-def _line2(r: Array) -> tuple[Array, Array]:
-    return np.stack([1 - r, 1 + r], axis=1) / 2, np.tile([-0.5, 0.5], (len(r), 1))
-
-
-def _line3(r: Array) -> tuple[Array, Array]:
-    return np.stack([r * (r - 1) / 2, r * (r + 1) / 2, 1 - r**2], axis=1), np.stack([r - 0.5, r + 0.5, -2 * r], axis=1)
-
-
-_SHAPES = {"quad": _line2, "quad8": _line3}
-_RULES = {
-    ("quad", "nodal"): (np.array([-1.0, 1.0]), np.array([1.0, 1.0])),
-    ("quad8", "nodal"): (np.array([-1.0, 1.0, 0.0]), np.array([1.0, 1.0, 4.0]) / 3.0),
-    ("quad", "gauss"): np.polynomial.legendre.leggauss(2),
-    ("quad8", "gauss"): np.polynomial.legendre.leggauss(3),
+_TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5], [1 / 3, 1 / 3]])
+_RULES: dict[tuple[str, str], Rule] = {
+    ("quad", "nodal"): (np.array([[-1.0], [1.0]]), np.array([1.0, 1.0])),
+    ("quad8", "nodal"): (np.array([[-1.0], [1.0], [0.0]]), np.array([1.0, 1.0, 4.0]) / 3.0),
+    ("wedge", "nodal"): (_TRIANGLE[:3], np.full(3, 1 / 6)),
+    ("wedge15", "nodal"): (_TRIANGLE, np.repeat([3.0, 8.0, 27.0], [3, 3, 1]) / 120.0),
+    ("hexahedron", "nodal"): (np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]), np.ones(4)),
+    ("quad", "gauss"): gauss_cube(2, 1),
+    ("quad8", "gauss"): gauss_cube(3, 1),
+    ("wedge", "gauss"): gauss_simplex(2, 2),
+    ("wedge15", "gauss"): gauss_simplex(4, 2),
+    ("hexahedron", "gauss"): gauss_cube(2, 2),
 }
 
 
@@ -45,11 +59,11 @@ class Interface:
 
     Attributes
     ----------
-    jump_operator : (2 p, 2 m) sparse matrix
-        Displacements of the m mesh nodes to local jumps [normal, shear] at the p points.
+    jump_operator : (d p, d m) sparse matrix
+        Displacements of the m mesh nodes to local jumps [normal, shear...] at the p points, see `planes.frames`.
     weights : (p,) array, mm^2, quadrature weight times thickness.
-    points : (p, 2) array, mm.
-    normals : (p, 2) array, unit vectors from minus to plus.
+    points : (p, d) array, mm.
+    normals : (p, d) array, unit vectors from minus to plus.
     cell : (p,) array, the crack cell of each point.
     """
 
@@ -66,53 +80,58 @@ class Interface:
 
     @classmethod
     def from_cells(
-        cls, kind: str, points: Array, cells: NDArray[np.int64], thickness: float, quadrature: str = "nodal"
+        cls, kind: str, points: Array, cells: NDArray[np.int64], thickness: float = 1.0, quadrature: str = "nodal"
     ) -> Interface:
         """Integration points of crack cells of one type.
 
         Parameters
         ----------
-        kind : "quad" | "quad8"
-        points : (m, 2) array, mm, of the whole mesh.
-        cells : (n, 4) or (n, 8) array.
-        thickness : mm.
+        kind : "quad" | "quad8" in the plane, "wedge" | "wedge15" | "hexahedron" in space
+        points : (m, d) array, mm, of the whole mesh.
+        cells : (n, nodes per cell) array.
+        thickness : mm, of a plane body.
         quadrature : "nodal" (Newton-Cotes: each node pair on its own) | "gauss".
             Between stiff faces Gauss quadrature couples neighbouring pairs and the tractions oscillate.
         """
         minus, plus = (cells[:, list(side)] for side in SIDES[kind])
         at, weights = _RULES[kind, quadrature]
         N, dN = _SHAPES[kind](at)
-        n, q = len(cells), len(at)
-        tangent = np.einsum("qa,nax->nqx", dN, points[minus]).reshape(-1, 2)
-        length = np.hypot(*tangent.T)
-        tangent /= length[:, None]
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        R = np.stack([normal, tangent], axis=1)  # (p, local, global)
-        # rows 2 p + local, columns 2 node + global
-        shape = (n, q, N.shape[1], 2, 2)
-        values = np.broadcast_to(R.reshape(n, q, 1, 2, 2) * N[None, :, :, None, None], shape)
-        rows = np.broadcast_to(np.arange(2 * n * q).reshape(n, q, 1, 2, 1), shape)
-        columns = [np.broadcast_to((2 * side)[:, None, :, None, None] + np.arange(2), shape) for side in (minus, plus)]
+        n, q, d = len(cells), len(at), points.shape[1]
+        normal = _normals(np.einsum("qae,nax->nqex", dN, points[minus]).reshape(n * q, d - 1, d))
+        size = np.hypot.reduce(normal, axis=1)
+        normal /= size[:, None]
+        # rows d p + local, columns d node + global
+        shape = (n, q, N.shape[1], d, d)
+        values = np.broadcast_to(frames(normal).reshape(n, q, 1, d, d) * N[None, :, :, None, None], shape)
+        rows = np.broadcast_to(np.arange(d * n * q).reshape(n, q, 1, d, 1), shape)
+        columns = [np.broadcast_to((d * side)[:, None, :, None, None] + np.arange(d), shape) for side in (minus, plus)]
         operator = sp.coo_array(
             (
                 np.concatenate([-values.ravel(), values.ravel()]),
                 (np.tile(rows.ravel(), 2), np.concatenate([c.ravel() for c in columns])),
             ),
-            shape=(2 * n * q, 2 * len(points)),
+            shape=(d * n * q, points.size),
         ).tocsr()
         operator.eliminate_zeros()
         return cls(
             operator,
-            thickness * (length.reshape(n, q) * weights).ravel(),
-            np.einsum("qa,nax->nqx", N, points[minus]).reshape(-1, 2),
+            thickness * (size.reshape(n, q) * weights).ravel(),
+            np.einsum("qa,nax->nqx", N, points[minus]).reshape(-1, d),
             normal,
             np.repeat(np.arange(n), q),
         )
 
 
+def _normals(tangents: Array) -> Array:
+    """Normals of the size of the line or facet between tangents (p, d - 1, d), (p, d)."""
+    if tangents.shape[2] == 2:
+        return np.stack([-tangents[:, 0, 1], tangents[:, 0, 0]], axis=1)
+    return np.cross(tangents[:, 0], tangents[:, 1])
+
+
 @dataclass(frozen=True)
 class InterfaceState:
-    """Jump (p, 2) in mm, traction (p, 2) in MPa and history Z (p,) in mm of all points."""
+    """Jump (p, d) in mm, traction (p, d) in MPa and history Z (p,) in mm of all points."""
 
     deformation: Array
     stress: Array
@@ -125,6 +144,7 @@ class InterfaceLaw:
 
     law: CrackPlane
     size: int
+    components: int = 2
     quantity = "jump in mm"
 
     @property
@@ -136,11 +156,12 @@ class InterfaceLaw:
         return float(self.law.Zt)
 
     def initial(self) -> InterfaceState:
-        zeros = np.zeros((self.size, 2))
+        zeros = np.zeros((self.size, self.components))
         return InterfaceState(zeros, zeros, np.full(self.size, self.law.Zt))
 
     def elastic(self) -> Array:
-        return np.broadcast_to(np.diag(self.law.stiffness(2)), (self.size, 2, 2))
+        k = np.diag(self.law.stiffness(self.components))
+        return np.broadcast_to(k, (self.size, *k.shape))
 
     def update(self, deformation: Array, start: InterfaceState, frozen: bool = False) -> tuple[InterfaceState, Array]:
         traction, tangent, Z = self.law.update(deformation, start.Z, frozen)

@@ -162,8 +162,8 @@ class Problem:
 
     def place(self, point: int) -> str:
         """Coordinates of a point, for messages."""
-        x, y = np.round(self.points.where[point], 9) + 0.0  # no -0
-        return f"({x:.4g}, {y:.4g})"
+        where = np.round(self.points.where[point], 9) + 0.0  # no -0
+        return f"({', '.join(f'{x:.4g}' for x in where)})"
 
     def at_rest(self, state: State) -> State:
         """The same state with the load and the motion along this direction of the drives."""

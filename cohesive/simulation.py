@@ -69,7 +69,7 @@ def build(scene: Scene) -> Model:
         cracks = band_part(scene, mesh, cracking) if smeared else interface_part(scene, mesh)
         supports, drives, mirror = ties(scene, mesh)
         unknowns = Unknowns.build(leader, supports, drives, mirror)
-        K = bulk_stiffness(elastic, len(points), unknowns.transform)
+        K = bulk_stiffness(elastic, unknowns.transform)
         if scene.model.half:
             K *= 2.0  # load and energies are those of the whole
     except ElementError as error:
