@@ -13,6 +13,7 @@ from meshing import MixedModePlate, NotchedBeam, NotchedTension, SandwichPanel, 
 from .assembly import Tie
 from .interface import Interface
 from .options import UserMesh
+from .planes import frames
 from .scene import Scene, SceneError
 
 Array = NDArray[np.float64]
@@ -64,14 +65,14 @@ def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], list[Tie], Tie | N
     return supports, [Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1])], None
 
 
-def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, float]) -> Index:
+def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, ...]) -> Index:
     """Nodes of a place in a user's mesh: a set by name, or the copies of the node at a point."""
     if isinstance(place, str):
         if place not in mesh.point_sets:
             names = ", ".join(sorted(mesh.point_sets)) or "none"
             raise SceneError(f"specimen.{key} = {place!r}: the mesh has no such set; it has {names}")
         return np.asarray(mesh.point_sets[place])
-    distance = np.hypot(*(mesh.points - np.asarray(place)).T)
+    distance = np.linalg.norm(mesh.points - np.asarray(place), axis=1)
     size = float(np.ptp(mesh.points, axis=0).max())
     if distance.min() > 1e-6 * size:
         raise SceneError(
@@ -81,21 +82,21 @@ def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, float]) -> Ind
 
 
 def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str, Array]:
-    """Opening and sliding as linear measures of the mesh nodes' displacements, (2 m,) each; `faces` are those of the
-    crack path, if there is one."""
-    specimen = scene.specimen
+    """Opening and sliding as linear measures of the mesh nodes' displacements, (d m,) each; `faces` are those of the
+    crack path, if there is one. Sliding is that along the first tangent of `planes.frames`."""
+    specimen, d = scene.specimen, mesh.points.shape[1]
     if isinstance(specimen, UserMesh):
         has_gauge = specimen.gauge_minus is not None
     else:
         has_gauge = getattr(specimen, "gauge", 0.0) > 0
-    mean = np.zeros(2) if faces is None else faces.weights @ faces.normals / faces.area
+    mean = np.zeros(d) if faces is None else faces.weights @ faces.normals / faces.area
     if not has_gauge:  # the mean jump over the crack
         if faces is None:
             keys = "gauge_minus, specimen.gauge_plus" if isinstance(specimen, UserMesh) else "gauge"
             raise SceneError(f"specimen.{keys}: this band has no faces whose mean jump could be the opening; expected a gauge")
         return {
             name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
-            for name, unit in (("opening", [1.0, 0.0]), ("sliding", [0.0, 1.0]))
+            for name, unit in zip(("opening", "sliding"), np.eye(d), strict=False)
         }
     if isinstance(specimen, UserMesh):
         minus, plus = (_nodes(mesh, key, getattr(specimen, key)) for key in ("gauge_minus", "gauge_plus"))
@@ -112,15 +113,15 @@ def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str,
     if isinstance(specimen, UserMesh) and normal @ apart < 0:  # the opening grows where the places part
         normal = -normal
     measures = {}
-    for name, direction in (("opening", normal), ("sliding", np.array([normal[1], -normal[0]]))):
-        row = np.zeros(2 * len(mesh.points))
+    for name, direction in zip(("opening", "sliding"), frames(normal[None])[0], strict=False):
+        row = np.zeros(mesh.points.size)
         # the mirror image of the plus points opens as they do, and slides with them
         sides = (
             ((plus, 1.0), (minus, 1.0 if name == "opening" else -1.0)) if scene.model.half else ((plus, 1.0), (minus, -1.0))
         )
         for nodes, sign in sides:
-            for axis in (0, 1):
-                np.add.at(row, 2 * nodes + axis, sign * direction[axis] / len(nodes))
+            for axis in range(d):
+                np.add.at(row, d * nodes + axis, sign * direction[axis] / len(nodes))
         if name == "opening" and not row.any():
             raise SceneError("specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places")
         measures[name] = row
@@ -129,11 +130,12 @@ def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str,
 
 def _gauge_normal(specimen: Any, mean: Array) -> Array:
     """Direction in which the gauge measures the opening: along the beam or plate, else the crack's mean normal."""
+    axes = np.eye(len(mean))
     if isinstance(specimen, NotchedBeam):
-        return np.array([-1.0, 0.0])
+        return np.asarray(-axes[0])
     if isinstance(specimen, NotchedTension):
-        return np.array([0.0, 1.0])
-    length = np.hypot(*mean)
+        return np.asarray(axes[1])
+    length = np.hypot.reduce(mean)
     if length < 1e-9:
         raise SceneError("specimen.gauge: the crack has no mean normal to measure along; leave the gauge out")
     return np.asarray(mean / length)

@@ -23,6 +23,7 @@ from .planes import stress_transformation
 from .pointlaw import PointLaw
 from .problem import Problem, State
 from .scene import Scene, SceneError
+from .shapes import Rule, gauss_cube
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -30,10 +31,11 @@ Index = NDArray[np.int64]
 #: the default width of the interface: this part of the crack length, and at most this part of E Gf / ft^2
 WIDTH_OF_CRACK, WIDTH_OF_MATERIAL = 0.01, 0.004
 
-#: points per element of a band, on its centre line: there a crack that opens linearly causes no shear. With points off
-#: it that shear locks the band: on the built-in beam with elements of 5 and 1 mm the peak is 6 and 3 % too high. Two points
-#: along see every deformation of a quad; what three do not see of a quad6, bending about the centre line, the bulk resists.
-_POINTS_ALONG = {"quad": 2, "quad6": 3}
+#: points along each side of an element of a band, on its centre line or mid plane: there a crack that opens linearly causes
+#: no shear. With points off it that shear locks the band: on the built-in beam with elements of 5 and 1 mm the peak is 6 and
+#: 3 % too high. Two points along see every deformation of a quad; what three do not see of a quad6, bending about the
+#: centre line, and what two by two do not see of a hexahedron, twisting about the mid plane, the bulk resists.
+_POINTS_ALONG = {"quad": 2, "quad6": 3, "hexahedron": 2}
 
 #: energy that a band dissipates beyond Gf, as a part of Gf: ft^2 l_ch / (2 E Gf)
 _WARN_EXCESS, _REFUSE_EXCESS = 0.05, 1.0
@@ -46,12 +48,12 @@ class CrackPart:
     Attributes
     ----------
     law : PointLaw
-    operator : (c p, 2 m) sparse matrix, displacements of the mesh nodes to jumps or strains
-    weights, where, cell : (p,), (p, 2), (p,): weight, position and cell of each point, the cells counted over all
+    operator : (c p, d m) sparse matrix, displacements of the mesh nodes to jumps or strains
+    weights, where, cell : (p,), (p, d), (p,): weight, position and cell of each point, the cells counted over all
         blocks of the part
     area : of the crack, mm^2; None where there is neither a path nor a row of elements that tells
     width : of the crack plane: w, or the l_ch of a crack along the path
-    frames : (p, 2, 2) normal and tangent of the path at each point; None where there is no path
+    frames : (p, d, d) normal and tangents of the path at each point; None where there is no path
     faces : Interface between the two sides of the path, which gives the mean jump; None where there is none
     """
 
@@ -66,40 +68,42 @@ class CrackPart:
     faces: Interface | None
 
     def mean_traction(self, state: State) -> Array:
-        """Mean [normal, shear] traction on the crack, MPa; with no path to refer to, on all crack planes."""
+        """Mean [normal, shear] traction on the crack, MPa; with no path to refer to, on all crack planes. In space the shear
+        along the first tangent of `planes.frames`."""
         points, share = state.points, self.weights / self.weights.sum()
         if isinstance(points, BandState):
             if self.frames is not None:
                 N = stress_transformation(self.frames)
-                return np.asarray(np.einsum("p,pdk,pk->d", share, N, points.stress))
+                return np.asarray(np.einsum("p,pdk,pk->d", share, N[:, :2], points.stress))
             cracks = points.cracks
             if not len(cracks.point):
                 return np.zeros(2)
             share = self.weights[cracks.point] / cracks.length
-            return np.asarray(share @ cracks.traction / share.sum())
-        return np.asarray(share @ points.stress)
+            return np.asarray(share @ cracks.traction[:, :2] / share.sum())
+        return np.asarray(share @ points.stress[:, :2])
 
     def point_values(self, state: State) -> dict[str, Array]:
         """The crack at each point, see `Frame`: (p,) each."""
         points = state.points
         if isinstance(self.law, InterfaceLaw):
-            (opening, sliding), (normal, shear) = points.deformation.T, points.stress.T
-            planes = np.ones(len(opening))
+            jump, traction = points.deformation, points.stress
+            planes = np.ones(len(jump))
             damage = self.law.law.damage(points.Z)
         else:
             assert isinstance(self.law, CrackBand)
             size, cracks = len(self.weights), points.cracks
             fracture = cracks.length[:, None] * (cracks.strain - self.law.compliance * cracks.traction)
             widest = np.lexsort((fracture[:, 0], cracks.point))  # the last plane of a point wins
-            values = np.zeros((5, size))
             found = self.law.plane.of_width(cracks.length).damage(cracks.Z) if len(cracks.point) else cracks.Z
-            columns = (*fracture.T, *cracks.traction.T, found)
-            for value, column in zip(values, columns, strict=True):
-                value[cracks.point[widest]] = column[widest]
-            opening, sliding, normal, shear, damage = values
+            values = []
+            for one in (fracture, cracks.traction, found):
+                value = np.zeros((size, *one.shape[1:]))
+                value[cracks.point[widest]] = one[widest]
+                values.append(value)
+            jump, traction, damage = values
             planes = np.bincount(cracks.point, minlength=size).astype(float)
         names = ("opening", "sliding", "traction_n", "traction_s", "damage", "planes")
-        return dict(zip(names, (opening, sliding, normal, shear, damage, planes), strict=True))
+        return dict(zip(names, (jump[:, 0], _shear(jump), traction[:, 0], _shear(traction), damage, planes), strict=True))
 
     def cell_values(self, state: State) -> dict[str, Array]:
         """Means of `point_values` over the cells."""
@@ -107,7 +111,7 @@ class CrackPart:
         return {name: np.bincount(self.cell, values) / count for name, values in self.point_values(state).items()}
 
     def cell_stresses(self, state: State, sizes: Sequence[int]) -> list[Array]:
-        """Mean stress in the cells of the blocks of a band that have `sizes` cells, (n, 3) each."""
+        """Mean stress in the cells of the blocks of a band that have `sizes` cells, (n, k) each."""
         if not sizes:
             return []
         count = np.bincount(self.cell)
@@ -126,7 +130,7 @@ class Model:
     band : the elements that may crack, in the smeared model
     cracks : CrackPart
     problem : Problem on the active unknowns (all of them, where nothing is condensed)
-    recover : displacements of the mesh nodes, (m, 2), from the unknowns of `problem`
+    recover : displacements of the mesh nodes, (m, d), from the unknowns of `problem`
     total_dofs, active_dofs : numbers of unknowns
     reduction : "condensed" or "none"
     timings : seconds, "mesh", "assemble" and "condense"
@@ -174,9 +178,9 @@ def default_width(crack_length: float, concrete: Concrete) -> float:
 
 def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
     """Zero-thickness elements along the path."""
-    crack, thickness = mesh.cells[-1], scene.specimen.thickness
-    interface = Interface.from_cells(crack.type, mesh.points, crack.data, thickness, scene.interface.quadrature)
-    crack_length = interface.area / thickness
+    crack, points = mesh.cells[-1], mesh.points
+    interface = Interface.from_cells(crack.type, points, crack.data, depth(scene, mesh), scene.interface.quadrature)
+    crack_length = interface.area / scene.specimen.thickness
     width = scene.interface.width
     if width is None:
         width = default_width(crack_length, scene.material)
@@ -188,7 +192,7 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
             f"interface.width = {width:g}: expected between {1e-6 * crack_length:.1e} and "
             f"{max(scene.material.h, crack_length):g} mm"
         )
-    law = InterfaceLaw(CrackPlane(scene.material, width), len(interface.weights))
+    law = InterfaceLaw(CrackPlane(scene.material, width), *interface.points.shape)
     n = interface.normals
     return CrackPart(
         law, interface.jump_operator, interface.weights, interface.points, interface.cell, interface.area, width,
@@ -197,9 +201,9 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
 
 
 def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> CrackPart:
-    """A crack band: quadrilaterals along the path, or all elements."""
-    options, thickness = scene.band, scene.specimen.thickness
-    parts = [block.strain_points(_centre_line(_POINTS_ALONG[block.kind]) if is_row(mesh) else None) for block in band]
+    """A crack band: quadrilaterals or hexahedra along the path, or all elements."""
+    options, thickness, d = scene.band, scene.specimen.thickness, mesh.points.shape[1]
+    parts = [block.strain_points(_centre_line(_POINTS_ALONG[block.kind], d) if is_row(mesh) else None) for block in band]
     offsets = np.cumsum([0, *(len(block.cells) for block in band)])[:-1]
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
     corners = np.concatenate([block.corners() for block in band])
@@ -207,14 +211,15 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
     faces = frames = area = None
     if is_row(mesh):
         block = mesh.cells[-1]
-        faces = Interface.from_cells(block.type, mesh.points, block.data, thickness)
+        faces = Interface.from_cells(block.type, mesh.points, block.data, depth(scene, mesh))
         area = faces.area
         width = float(weights.sum()) / area
         first = np.searchsorted(faces.cell, np.arange(len(block.data)))
         n = faces.normals[first][cell]
         frames = frames_of(n)
     else:  # each crack will have a length of its own
-        width = float(np.median(np.sqrt(np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / thickness)))
+        volumes = np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / depth(scene, mesh)
+        width = float(np.median(np.sqrt(volumes) if d == 2 else np.cbrt(volumes)))
     if not isinstance(scene.specimen, UserMesh):
         area = path_length("crack", scene.specimen.paths) * thickness
         width = scene.band_width
@@ -235,15 +240,26 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
     return CrackPart(law, sp.vstack([p[0] for p in parts]).tocsr(), weights, where, cell, area, width, frames, faces)
 
 
+def depth(scene: Scene, mesh: meshio.Mesh) -> float:
+    """What a plane mesh is to be multiplied with, mm: the thickness; 1 in space."""
+    return float(scene.specimen.thickness) if mesh.points.shape[1] == 2 else 1.0
+
+
 def is_row(mesh: meshio.Mesh) -> bool:
-    """Whether the mesh ends with a row of quadrilaterals along a path, [a-, b-, b+, a+] each."""
+    """Whether the mesh ends with a row of elements along a path, quadrilaterals [a-, b-, b+, a+] or hexahedra that begin with
+    their minus face."""
     return "row" in (mesh.cell_sets or {})
 
 
-def _centre_line(n: int) -> tuple[Array, Array]:
-    """Gauss rule with n points along the first axis and one across."""
-    x, weights = np.polynomial.legendre.leggauss(n)
-    return np.stack([x, np.zeros(n)], axis=1), 2.0 * weights
+def _centre_line(n: int, d: int = 2) -> Rule:
+    """Gauss rule with n points along each axis but the last one, and one across."""
+    at, weights = gauss_cube(n, d - 1)
+    return np.column_stack([at, np.zeros(len(at))]), 2.0 * weights
+
+
+def _shear(components: Array) -> Array:
+    """The shear component of [normal, shear], (n, 2); in space, where its axes mean nothing, the size of both of them."""
+    return np.asarray(components[:, 1] if components.shape[1] == 2 else np.linalg.norm(components[:, 1:], axis=1))
 
 
 def band_note(scene: Scene, width: float) -> str | None:

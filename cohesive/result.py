@@ -23,6 +23,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from .planes import PAIRS, stress_tensor
 from .problem import Problem, State
 from .reference import Reference
 from .scene import Scene, SceneError, dump_toml
@@ -113,8 +114,9 @@ class Frame:
 
     Attributes
     ----------
-    displacement : (m, 2), mm
-    stress : [xx, yy, xy] of each cell of the elastic blocks, then of those of a band, (n, 3) each, MPa
+    displacement : (m, d), mm
+    stress : components in the order of `planes.PAIRS` in each cell of the elastic blocks, then in those of a band, (n, k)
+        each, MPa
     cracks : by name, one value for each crack cell or cell of the band: opening, sliding (mm), damage, traction_n,
         traction_s (MPa), planes. Of a band the crack plane that is open widest counts; its opening and sliding are
         l_ch times the fracture strain.
@@ -261,7 +263,7 @@ class Result:
         return Frame(int(self.history["step"][row]), displacement, stress, model.cracks.cell_values(state))
 
     def opening_profile(self, row: int) -> tuple[Array, Array]:
-        """Positions (p, 2) and openings (p,) of the points with cracks in a row of the history, mm; of a band l_ch
+        """Positions (p, d) and openings (p,) of the points with cracks in a row of the history, mm; of a band l_ch
         times the fracture strain."""
         values = self.model.cracks.point_values(self._states[row])
         return self.model.cracks.where, values["opening"]
@@ -276,15 +278,15 @@ class Result:
     def frame_mesh(self, frame: Frame) -> meshio.Mesh:
         """Bulk and crack cells with the fields of a frame; warp by `displacement` to see the crack open."""
         mesh, n = self.model.mesh, sum(len(block.cells) for block in self.model.blocks)
-        points = np.column_stack([mesh.points, np.zeros(len(mesh.points))])
-        displacement = np.column_stack([frame.displacement, np.zeros(len(points))])
+        m, d = mesh.points.shape
+        points, displacement = (np.column_stack([x, np.zeros((m, 3 - d))]) for x in (mesh.points, frame.displacement))
         total = sum(len(block.data) for block in mesh.cells)
         # cells that a field does not belong to carry 0: NaN would break readers of the ASCII format
         flat = {name: np.r_[np.zeros(n), values] for name, values in frame.cracks.items()}
         flat["is_crack"] = np.r_[np.zeros(n), np.ones(total - n)]
         stress = np.concatenate(frame.stress)
-        stress = np.concatenate([stress, np.zeros((total - len(stress), 3))])
-        flat |= {name: stress[:, i] for i, name in enumerate(("stress_xx", "stress_yy", "stress_xy"))}
+        stress = np.concatenate([stress, np.zeros((total - len(stress), stress.shape[1]))])
+        flat |= {f"stress_{'xyz'[i]}{'xyz'[j]}": stress[:, k] for k, (i, j) in enumerate(PAIRS[d])}
         flat["stress_max"] = major_stress(stress)
         ends = np.cumsum([len(block.data) for block in mesh.cells])[:-1]
         data = {name: np.split(values, ends) for name, values in flat.items()}
@@ -372,7 +374,9 @@ class Result:
 
 
 def major_stress(stress: Array) -> Array:
-    """Larger principal stress in the plane, (n,), from [xx, yy, xy]."""
+    """Largest principal stress, in the plane if the components are, (n,)."""
+    if stress.shape[1] == 6:
+        return np.asarray(np.linalg.eigvalsh(stress_tensor(stress))[:, -1])
     xx, yy, xy = stress.T
     return np.asarray(0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy))
 

@@ -20,7 +20,7 @@ from .continuum import BAND_COLUMNS, ElasticBlock, ElementError, elasticity
 from .fixtures import gauge, ties
 from .linear import DenseStiffness, NotConverged, SparseStiffness, Stiffness
 from .loading import March, Step
-from .model import Model, band_note, band_part, interface_part, is_row
+from .model import Model, band_note, band_part, depth, interface_part, is_row
 from .options import UserMesh
 from .problem import Problem, State
 from .reference import load_reference
@@ -55,7 +55,7 @@ def build(scene: Scene) -> Model:
 
     clock = time.perf_counter()
     points = np.asarray(mesh.points, dtype=float)
-    D = elasticity(scene.material.E, scene.material.nu, scene.model.plane)
+    D = elasticity(scene.material.E, scene.material.nu, scene.model.plane if points.shape[1] == 2 else None)
     smeared = scene.model.kind == "smeared"
     elastic, cracking = _blocks(scene, mesh, points, D)
     original: Index = mesh.point_data["original"]
@@ -107,12 +107,12 @@ def build(scene: Scene) -> Model:
         drives_at = number[unknowns.drives]
 
         def recover(v: Array) -> Array:
-            return np.asarray(unknowns.transform @ condensed.recover(v)).reshape(-1, 2)
+            return np.asarray(unknowns.transform @ condensed.recover(v)).reshape(points.shape)
     else:
         stiffness, drives_at = SparseStiffness(K), unknowns.drives
 
         def recover(v: Array) -> Array:
-            return np.asarray(unknowns.transform @ v).reshape(-1, 2)
+            return np.asarray(unknowns.transform @ v).reshape(points.shape)
 
     timings["condense"] = time.perf_counter() - clock
     problem = Problem(
@@ -224,7 +224,7 @@ def _mesh(scene: Scene) -> meshio.Mesh:
 
 def _blocks(scene: Scene, mesh: meshio.Mesh, points: Array, D: Array) -> tuple[list[ElasticBlock], list[ElasticBlock]]:
     """The elastic elements, and those that may crack."""
-    t = scene.specimen.thickness
+    t = depth(scene, mesh)
     if scene.model.kind == "discrete":
         return [ElasticBlock(block.type, points, block.data, D, t) for block in mesh.cells[:-1]], []
     sides: tuple[list[ElasticBlock], list[ElasticBlock]] = ([], [])

@@ -127,7 +127,7 @@ def fine_beam(**changes: object) -> tuple[float, float]:
 
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
-    monkeypatch.setattr("cohesive.model._centre_line", lambda n: ELEMENTS["quad"][1])
+    monkeypatch.setattr("cohesive.model._centre_line", lambda n, d: ELEMENTS["quad"][1])
     locked_peak, locked_energy = fine_beam()
     assert locked_peak > 1.03 * peak and locked_energy > 1.1 * energy
 

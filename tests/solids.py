@@ -1,0 +1,89 @@
+"""Boxes of solid elements built by hand, whole or split along a plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: a cube, in the order of a hexahedron, as six tetrahedra around its diagonal 0-6
+_TETRAHEDRA = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
+
+
+@dataclass
+class Solid:
+    """Points (m, 3), cells of one kind, and where the solid is split: crack cells and the leader of each node."""
+
+    points: Array
+    kind: str
+    cells: Index
+    leader: Index
+    crack_kind: str = ""
+    crack: Index | None = None
+
+
+def box(
+    kind: str, counts: tuple[int, int, int], size: tuple[float, float, float] = (1.0, 1.0, 1.0), split: float | None = None
+) -> Solid:
+    """A box of counts cubes in x, y, z, as "hexahedron", "tetra" or "tetra10" elements; split at z = `split`."""
+    axes = [np.linspace(0.0, length, n + 1) for length, n in zip(size, counts, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    ids = np.arange(len(points)).reshape([n + 1 for n in counts])
+    lower = [ids[dx : dx + counts[0], dy : dy + counts[1], :-1].ravel() for dx, dy in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    cells = np.stack([*lower, *(corner + 1 for corner in lower)], axis=1)
+    if kind != "hexahedron":
+        cells = cells[:, _TETRAHEDRA].reshape(-1, 4)
+    if kind == "tetra10":
+        points, cells = _with_mids(points, cells, [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
+    solid = Solid(points, kind, cells, np.arange(len(points)))
+    return solid if split is None else _split(solid, split)
+
+
+def _with_mids(points: Array, cells: Index, pairs: list[tuple[int, int]]) -> tuple[Array, Index]:
+    ends = np.sort(cells[:, pairs].reshape(-1, 2), axis=1)
+    edges, number = np.unique(ends, axis=0, return_inverse=True)
+    mids = len(points) + number.reshape(len(cells), -1)
+    return np.concatenate([points, points[edges].mean(axis=1)]), np.column_stack([cells, mids])
+
+
+def _split(solid: Solid, z: float) -> Solid:
+    points, cells = solid.points, solid.cells.copy()
+    on = np.flatnonzero(abs(points[:, 2] - z) < 1e-9)
+    twin = np.arange(len(points))
+    twin[on] = len(points) + np.arange(len(on))
+    above = points[cells].mean(axis=1)[:, 2] > z
+    n_corners = {"hexahedron": 8}.get(solid.kind, 4)
+    facets, mids = [], []
+    edge_mids = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
+    for cell in cells[~above]:
+        at = [i for i in range(n_corners) if cell[i] in set(on)]
+        if len(at) < (4 if solid.kind == "hexahedron" else 3):
+            continue
+        if solid.kind == "hexahedron":
+            at = [4, 5, 6, 7]
+        p = points[cell[at]]
+        if np.cross(p[1] - p[0], p[2] - p[0])[2] < 0:
+            at = at[::-1]
+        facets.append(cell[at])
+        if solid.kind == "tetra10":
+            mids.append([cell[edge_mids[min(a, b), max(a, b)]] for a, b in pairwise([*at, at[0]])])
+    cells[above] = twin[cells[above]]
+    a = np.array(facets)
+    crack = np.column_stack([a, twin[a]])
+    if mids:
+        crack = np.column_stack([crack, np.array(mids), twin[np.array(mids)], a])
+    leader = np.concatenate([solid.leader, on])
+    kind = {"hexahedron": "hexahedron", "tetra": "wedge", "tetra10": "wedge15"}[solid.kind]
+    return Solid(np.concatenate([points, points[on]]), solid.kind, cells, leader, kind, crack)
+
+
+def rotation(seed: int) -> Array:
+    """A rotation of space at random."""
+    Q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    Q[:, 0] *= np.linalg.det(Q)
+    return np.asarray(Q)
