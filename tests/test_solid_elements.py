@@ -236,6 +236,37 @@ def test_uniform_traction_gives_the_forces_of_the_bulk(kind: str, quadrature: st
     np.testing.assert_allclose(force[inner], 0.0, atol=1e-13)
 
 
+def oscillation(name: str, quadrature: str) -> float:
+    """A block with a notch to its middle, bent open, whose other half is an elastic interface between stiff faces: standard
+    deviation of the normal tractions, from two elements beyond the notch on, from a smooth curve; over their largest."""
+    n, length, width = 8 if name == "tetra10" else 16, 40.0, 0.001
+    solid = box(name, (n, 2, n), (length, 10.0, length), split=length / 2)
+    assert solid.crack is not None
+    crack = solid.crack[solid.points[solid.crack].mean(axis=1)[:, 0] > length / 2]
+    interface = Interface.from_cells(solid.crack_kind, solid.points, crack, quadrature=quadrature)
+    J, k = interface.jump_operator, np.array([30e3, 12.5e3, 12.5e3]) / width
+    K = bulk_stiffness([block_of(solid)], sp.eye_array(solid.points.size, format="csr"))
+    K = (K + J.T @ sp.diags_array((interface.weights[:, None] * k).ravel()) @ J).tocsc()
+    held = np.column_stack(
+        [solid.points[:, 2] == 0] * 2 + [(solid.points[:, 2] == 0) | (solid.points[:, 2] == length)]
+    ).ravel()
+    u = np.column_stack(
+        [0 * solid.points[:, :2], np.where(solid.points[:, 2] == length, length - solid.points[:, 0], 0)]
+    ).ravel()
+    factor = spla.splu(K[~held][:, ~held], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    u[~held] = factor.solve(-(K[:, held] @ u[held])[~held])
+    x, traction = interface.points[:, 0], (J @ u).reshape(-1, 3)[:, 0] * k[0]
+    far = x > length / 2 + 2 * length / n - 1e-6
+    smooth = np.polynomial.Polynomial.fit(x[far], traction[far], 4)
+    return float((traction[far] - smooth(x[far])).std() / traction[far].max())
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_nodal_rules_between_stiff_faces_oscillate_less(name: str) -> None:
+    """Measured: 0.28, 0.33 and 0.30 of what Gauss rules give."""
+    assert oscillation(name, "nodal") < 0.45 * oscillation(name, "gauss")
+
+
 def test_the_axes_in_a_facet_are_arbitrary() -> None:
     """Tangents turned at random at every point: the same forces, stiffness and energies."""
     law = CrackPlane(Concrete.preset("reinhardt"), 0.5)
