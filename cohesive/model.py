@@ -221,7 +221,8 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
         volumes = np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / depth(scene, mesh)
         width = float(np.median(np.sqrt(volumes) if d == 2 else np.cbrt(volumes)))
     if not isinstance(scene.specimen, UserMesh):
-        area = path_length("crack", scene.specimen.paths) * thickness
+        if d == 2:
+            area = path_length("crack", scene.specimen.paths) * thickness
         width = scene.band_width
     _check_units(scene, float(np.ptp(mesh.points, axis=0).max()) if area is None else area / thickness)
     excess = width / (2.0 * scene.material.characteristic_length)

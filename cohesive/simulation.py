@@ -91,7 +91,7 @@ def build(scene: Scene) -> Model:
     active = np.flatnonzero(seen)
     reduction = scene.solver.reduction
     if reduction == "auto":
-        reduction = "condensed" if _dense_is_cheaper(len(active), K.shape[0]) else "none"
+        reduction = "condensed" if _dense_is_cheaper(len(active), K.shape[0], points.shape[1]) else "none"
     stiffness: Stiffness
     if reduction == "condensed":
         try:
@@ -273,7 +273,8 @@ def _clean(operator: sp.csr_array) -> sp.csr_array:
     return operator
 
 
-def _dense_is_cheaper(active: int, total: int) -> bool:
-    """Compare the cost of an iteration: dense LU, n^3 / 1.5 operations, against a sparse plane factorization,
-    about 12 N^1.5 operations at a tenth of the speed."""
-    return active < _LARGEST_DENSE and active**3 / 1.5 < 120.0 * total**1.5
+def _dense_is_cheaper(active: int, total: int, dimension: int) -> bool:
+    """Compare the cost of an iteration: dense LU, n^3 / 1.5 operations, against a sparse factorization, about 12 N^1.5
+    operations in the plane and 60 N^2 in space, at a tenth of the speed."""
+    sparse = 12.0 * total**1.5 if dimension == 2 else 60.0 * total**2.0
+    return active < _LARGEST_DENSE and active**3 / 1.5 < 10.0 * sparse
