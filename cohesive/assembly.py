@@ -31,7 +31,8 @@ class Tie:
     """Motion along `direction` (unit vector) of the nodes `nodes`: zero, or the drive's.
 
     With `lever` they turn freely about a hinge besides: the distance of each node from it, over the largest one, so that
-    the turn is the motion of the outermost node, mm.
+    the turn is the motion of the outermost node, mm. With `holds_jumps` the copies of a split node move together along the
+    direction; None: those of a support do, and those of a drive with more than one node. A line load in space is to say no.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Tie:
     direction: tuple[float, ...]
     factor: float = 1.0  # of the drive's motion
     lever: Array | None = None
+    holds_jumps: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,8 @@ class Unknowns:
                 raise ValueError(f"{tie.name}: a node is both held and driven in the direction {tie.direction}")
             mean[at, component] = state
             sign[at, component] = tie.factor * along
-            held[at, component] |= len(at) > 1 or state == _FIXED
+            holds = len(at) > 1 or state == _FIXED if tie.holds_jumps is None else tie.holds_jumps
+            held[at, component] |= holds
 
         mean[extra] = _FIXED  # their mean is their leader's
         mean_free = mean == _FREE

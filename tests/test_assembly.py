@@ -39,6 +39,8 @@ def test_a_loaded_point_keeps_its_jump_and_a_driven_face_does_not() -> None:
     np.testing.assert_array_equal(u[[1, 4]], [[0, 1], [0, 1]])
     face = unknowns(Tie("top", np.array([1, 2, 4, 5]), Y))
     assert face.transform.shape[1] == 4 + 2 + 1
+    line = unknowns(Tie("load", np.array([1, 2, 4, 5]), Y, holds_jumps=False))
+    assert line.transform.shape[1] == 4 + 4 + 1
     support = unknowns(Tie("load", np.array([3]), Y), Tie("side", np.array([1, 4]), X))
     assert support.transform.shape[1] == 4 + 3 + 1
 
