@@ -87,7 +87,7 @@ class ElasticBlock:
     ----------
     kind : one of `ELEMENTS`, meshio's names and node order; "quad6" is a "quad8" without two mid-sides.
     points : (m, d) array, mm, of the whole mesh.
-    cells : (n, nodes per element) array.
+    cells : (n, nodes per element) array; a hexahedron with two pairs of equal nodes is a prism.
     D : (k, k) array, MPa, see `elasticity`.
     thickness : mm, of a plane body.
 

@@ -14,7 +14,7 @@ from cohesive.condensation import nested_dissection
 from cohesive.continuum import ELEMENTS, ElasticBlock, ElementError, elasticity
 from cohesive.interface import SIDES, Interface, InterfaceLaw
 from cohesive.model import _centre_line
-from cohesive.planes import frames, stress_transformation
+from cohesive.planes import frames, longest_chord, stress_transformation
 from tests.solids import Solid, box, rotation
 
 Array = NDArray[np.float64]
@@ -116,6 +116,25 @@ def test_patch_of_distorted_elements(kind: str) -> None:
     centres = np.stack([np.bincount(cell, x * volumes) / np.bincount(cell, volumes) for x in where.T], axis=1)
     if kind != "hexahedron":  # a distorted one has its centre of volume elsewhere
         np.testing.assert_allclose(centres, block.points[block.cells[:, :4]].mean(axis=1), atol=1e-12)
+
+
+def test_a_hexahedron_with_equal_nodes_is_a_prism() -> None:
+    """As an extruded triangle: the patch test, and l_ch."""
+    solid = distorted("hexahedron")
+    solid.cells = solid.cells[:, [[0, 1, 2, 2, 4, 5, 6, 6], [0, 2, 3, 3, 4, 6, 7, 7]]].reshape(-1, 8)
+    block, strain = block_of(solid), np.array([1.0, -2.0, 0.7, 0.5, -0.3, 0.9]) * 1e-3
+    assert block.volume() == pytest.approx(1.0 * 1.2 * 0.9, rel=1e-13)
+    exact = block.points @ strain_tensor(strain)
+    u = solve(block, exact)
+    np.testing.assert_allclose(u, exact, atol=1e-12 * abs(exact).max())
+    np.testing.assert_allclose(
+        block.stress(u), np.broadcast_to(D @ strain, (len(block.cells), 6)), atol=1e-11 * D.max() * 1e-3
+    )
+    straight = box("hexahedron", (1, 1, 1))
+    prism = straight.points[straight.cells[:, [0, 1, 2, 2, 4, 5, 6, 6]]]
+    d = np.sqrt(0.5)
+    for direction, length in (((0, 0, 1), 1), ((1, 0, 0), 1), ((d, -d, 0), d), ((d, d, 0), 2 * d), ((0, d, d), 2 * d)):
+        np.testing.assert_allclose(longest_chord(prism, np.array([direction])), length, rtol=1e-12)
 
 
 def bending_error(kind: str, n: int) -> float:

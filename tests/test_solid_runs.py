@@ -134,6 +134,26 @@ def test_condensed_is_full_and_turned_is_straight(name: str, place: Place) -> No
             np.testing.assert_allclose(one.history[key], full.history[key], atol=tolerance * size, err_msg=key)
         for key in ("work", "elastic", "stored", "dissipated", "contact_work"):
             np.testing.assert_allclose(one.history[key], full.history[key], atol=tolerance * energy, err_msg=key)
-    u, same, other = (result.frame(len(full.history["load"]) - 1).displacement for result in (full, condensed, turned))
+    frames = [result.frame(len(full.history["load"]) - 1) for result in (full, condensed, turned)]
+    u, same, other = (frame.displacement for frame in frames)
     np.testing.assert_allclose(same, u, atol=1e-9 * abs(u).max())
     np.testing.assert_allclose(other @ rotation(4), u, atol=1e-8 * abs(u).max())
+    for key, values in frames[0].cracks.items():
+        np.testing.assert_allclose(frames[2].cracks[key], values, atol=1e-7 * abs(values).max(), err_msg=key)
+    assert frames[0].cracks["sliding"].min() > 0 and frames[0].cracks["traction_s"].min() > 0  # sizes, whatever the axes
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_mean_tractions_carry_the_drives(name: str, place: Place) -> None:
+    """With the crack's normal along y the first tangent is x, as in the plane: the direction of the push."""
+    Q = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    place(SOLIDS[name], Q, clamped=True)
+    result = pulled_and_sheared(name)
+    problem, last = result.problem, result.last
+    pull, push = problem.internal_force(last)[problem.drives] / AREA
+    assert abs(push) > 0.1
+    # every row of the condensed forces is balanced to the solver's tolerance
+    np.testing.assert_allclose([result.history[key][-1] for key in ("stress_n", "stress_s")], [pull, push], atol=1e-8)
+    top = SOLIDS[name].points[:, 2] > SIZE[2] - 1e-6
+    moved = result.frame(len(result.history["load"]) - 1).displacement[top].mean(axis=0)
+    assert 0.2 * moved[0] < result.history["sliding"][-1] < moved[0]
