@@ -52,7 +52,7 @@ BAND_COLUMNS = {
 #: corners of an element as a polygon or hexahedron that repeats its last one
 _CORNERS = {"triangle": [0, 1, 2, 2], "quad": [0, 1, 2, 3], "tetra": [0, 1, 2, 2, 3, 3, 3, 3], "hexahedron": [*range(8)]}
 
-#: an element counts as flat where its Jacobian is below this part of that of a box with the same edges
+#: an element counts as flat where its Jacobian is below this part of that of a cube with its longest side
 _FLAT = 1e-12
 
 
@@ -123,7 +123,7 @@ class ElasticBlock:
         _, dN = ELEMENTS[self.kind][0](at)
         J = np.einsum("qad,nax->qnxd", dN, self.points[self.cells])
         det, adjugate = _inverse(J)
-        flat = det <= _FLAT * np.linalg.norm(J, axis=-2).prod(axis=-1)
+        flat = det <= _FLAT * np.linalg.norm(J, axis=-2).max(axis=-1) ** self.dimension
         if flat.any():
             bad = int(np.flatnonzero(flat.any(axis=0))[0])
             place = ", ".join(f"{x:g}" for x in self.points[self.cells[bad]].mean(axis=0))
