@@ -27,6 +27,8 @@ EXAMPLES = (
     "closure_overshoot",
     "contact_smoothing",
     "as_printed",
+    "mended_contact",
+    "extremes",
 )
 
 

@@ -68,15 +68,21 @@ def sheared(form: str, opening: float) -> tuple[Array, Array]:
     return sliding, law.traction(jump, np.maximum.accumulate(law.history(jump, np.zeros(sliding.size))))[0]
 
 
-def main(plot: Path | None = None) -> dict[str, float]:
-    """Print and return the numbers."""
+def main(size: float = 2.5, plot: Path | None = None) -> dict[str, float]:
+    """Print and return the numbers.
+
+    Parameters
+    ----------
+    size : element size along the crack of Examples 2 and 3, mm.
+    plot : file for the figure.
+    """
     numbers: dict[str, float] = {}
-    print("closing from 0.1 mm: inelastic opening (um) at -1, -3, -10 MPa; largest stiffness over E/w")
+    print("closing from 0.1 mm: inelastic opening (µm) at -1, -3, -10 MPa; largest stiffness over E/w")
     for form in FORMS:
         for width in WIDTHS:
             left, stress, stiffness = closing(form, width)
             at = [_at(left, stress, -s) for s in (1.0, 3.0, 10.0)]
-            numbers[f"{form}, w = {width:g}: um at -3 MPa"] = at[1]
+            numbers[f"{form}, w = {width:g}: µm at -3 MPa"] = at[1]
             numbers[f"{form}, w = {width:g}: stiffness"] = float(stiffness.max())
             print(f"    {LABELS[form]:9s}w = {width:<6g}" + "".join(f"{a:8.3f}" for a in at) + f"{stiffness.max():10.2f}")
     print("work of a closed loop of opening and shear over Gf, at a point")
@@ -87,7 +93,8 @@ def main(plot: Path | None = None) -> dict[str, float]:
     print("Examples 2 and 3, discrete: peak (N), largest shear, least normal stress (MPa), dissipated, contact work (N mm)")
     for name in ("reinhardt-cyclic", "jacobsen-mixed-mode"):
         for form in FORMS:
-            h = (result := run(Scene.load(name).with_(**{"material.contact": form, "output.frames": 0}))).history
+            changes = {"material.contact": form, "mesh.crack_size": size, "output.frames": 0}
+            h = (result := run(Scene.load(name).with_(**changes))).history
             values = (result.peak_load, h["stress_s"].max(), h["stress_n"].min(), h["dissipated"][-1], h["contact_work"][-1])
             for what, value in zip(("peak", "shear", "normal", "dissipated", "contact work"), values, strict=True):
                 numbers[f"{name}, {form}: {what}"] = float(value)
@@ -98,7 +105,7 @@ def main(plot: Path | None = None) -> dict[str, float]:
 
 
 def _at(left: Array, stress: Array, wanted: float) -> float:
-    """Inelastic opening (um) where the stress is first reached."""
+    """Inelastic opening (µm) where the stress is first reached."""
     i = int(np.argmax(stress < wanted))
     part = (stress[i - 1] - wanted) / (stress[i - 1] - stress[i])
     return 1e3 * float(left[i - 1] + part * (left[i] - left[i - 1]))
@@ -117,7 +124,7 @@ def _draw(path: Path) -> None:
             sliding, t = sheared(form, opening)
             third.plot(sliding, t[:, 1], style, color=f"C{i}", label=f"{LABELS[form]}, {opening:g} mm")
             third.plot(sliding, t[:, 0], style, color=f"C{i}", linewidth=0.8)
-    first.set(xlim=(0, 15), ylim=(-12, 1), xlabel="opening without its elastic part (um)", ylabel="normal stress (MPa)",
+    first.set(xlim=(0, 15), ylim=(-12, 1), xlabel="opening without its elastic part (µm)", ylabel="normal stress (MPa)",
               title="closed from 0.1 mm")  # fmt: skip
     second.set(xlim=(1e-2, 30), xlabel="compression (MPa)", ylabel="stiffness over E/w", title="never stiffer than the plane",
                ylim=(0, 6))  # fmt: skip
