@@ -9,10 +9,13 @@ keeps the two in series, and gives the asperities an energy per area of the jump
     contact traction  t = k (u - u*) = dV/du*           times omega, as printed
 
 Its traction is the gradient of Psi = min over u* of (u - u*).k.(u - u*)/2 + V(u*): no closed path at constant damage creates
-energy. Its tangent T = k A^-1 V'', A = k + V'', is symmetric and never stiffer than k: no band folds in closing. The inelastic
-jump u* is the same at every width. In shear it is the printed term, (G/h) g n H/(1 - H) as w -> 0. The normal traction has G
-for E, and (G/h) W d[H/(1 - H)]/du1 besides, the compression that keeps rough faces from riding up on each other for
-nothing. As 1 - H vanishes at u_phi0, faces that are pressed together approach u1* = u_phi0 and never pass it.
+energy, and with the presets of Table 3 none does while damage grows (u_phi0 > 0 or c_zn = 1 would). Its tangent
+T = k A^-1 V'', A = k + V'', is symmetric and never stiffer than k: no band folds in closing. The inelastic jump u* is the same
+at every width.
+In shear at a given opening it is the printed term, (G/h) g n H/(1 - H) as w -> 0. The normal traction has G for E, and
+(G/h) W d[H/(1 - H)]/du1 besides, the compression that keeps rough faces from riding up on each other for nothing. So under a
+given pressure sigma above about 1 MPa, which nearly closes the faces, their shear grows far less than sigma, where the printed
+form tends to (G/E) sigma/m_g. As 1 - H vanishes at u_phi0, pressed faces approach u1* = u_phi0 and never pass it.
 """
 
 from __future__ import annotations
@@ -23,13 +26,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from .linear import NotConverged
+
 if TYPE_CHECKING:
     from .crackplane import CrackPlane
 
 Array = NDArray[np.float64]
 
 
-class NoContact(ArithmeticError):
+class NoContact(NotConverged):
     """Jumps for which the local iteration finds no contact tractions."""
 
 

@@ -31,9 +31,9 @@ class Concrete:
     u_phi0 : opening (mm) below which no contact is lost, eq. (13); it shifts the contact surface,
         apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
-        mode I softening is not disturbed at any width.
-    contact : "printed", or "potential" for the mended form of `asperities`, which creates no energy in cycles and
-        never is stiffer than the concrete.
+        mode I softening is not disturbed at any width (where u_phi0 <= 0).
+    contact : "printed", or "potential" for the mended form of `asperities`, which creates no energy in cycles at
+        constant damage and never is stiffer than the concrete.
 
     Raises
     ------

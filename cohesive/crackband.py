@@ -337,7 +337,7 @@ class _Group:
         while (rows := every[~solved & (part >= _SMALLEST_PART)]).size:
             to = np.minimum(there[rows] + part[rows], 1.0)
             strain = committed[rows] + to[:, None] * (self.strain[rows] - committed[rows])
-            found, ok = self._newton(e[rows], strain, rows, frozen and not there.any())
+            found, ok = self._newton(e[rows], strain, rows, False)
             e[rows[ok]], there[rows[ok]] = found[ok], to[ok]
             part[rows] *= np.where(ok, 2.0, 0.5)
             solved |= there >= 1.0

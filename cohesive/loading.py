@@ -246,6 +246,8 @@ class March:
             size = left if left < 1.001 * size else size
             try:
                 trial = self._advance(state, control, value + direction * size, reversal)
+                if control in MOTIONS and direction * value >= 0 and self._jumps(state, trial.state):
+                    raise NotConverged("the step jumps over states in which the motion goes back")
             except NotConverged as error:
                 cuts += 1
                 size *= 0.25 if isinstance(error.__cause__, PointFailure) else 0.5
@@ -253,7 +255,7 @@ class March:
                     continue
                 if control in MOTIONS and (back := self._trace_back(state, stage, number, nominal, target, event)):
                     yield from back
-                    state, reversal, cuts, size = back[-1].trial.state, False, 0, nominal
+                    state, reversal, cuts, size = back[-1].trial.state, False, 0, SNAP_STEP * nominal
                     value = problem.measure(control, state)
                     if self._reached:
                         return
@@ -316,7 +318,9 @@ class March:
         start = last = furthest = direction * problem.measure(control, state)
         steps: list[Step] = []
         cuts = 0
-        while size > SMALLEST_STEP * largest:
+        if start <= 0 or not (state.load > 0 or problem.law.is_on_surface(state.points)):
+            return steps  # unloading, or pushed: what dissipates next lies the other way
+        while size > SMALLEST_STEP**2 * largest:
             fraction, reached = 1.0, False
             try:
                 trial = self._advance(state, "dissipation", state.dissipated + size, False)
@@ -325,10 +329,12 @@ class March:
                     fraction, reached = self._watch(event, state, trial.state)
             except NotConverged:
                 place = np.inf
-            if fraction < 1.0 or place > direction * target or abs(place - last) > nominal or place * start < 0:
-                size *= 0.5 if fraction == 1.0 else fraction
+            strays = not 0 <= place <= direction * target or abs(place - last) > nominal
+            if strays or (fraction < 1.0 and size * fraction > SMALLEST_STEP**2 * largest):
+                size *= 0.5 if strays else fraction
                 cuts += 1
                 continue
+            reached |= fraction < 1.0  # in a step that small there is no equilibrium at which to stop
             steps.append(Step(trial, cuts, "dissipation", trial.state.dissipated, number + 1))
             state, cuts = trial.state, 0
             furthest = min(furthest, place)
@@ -348,6 +354,12 @@ class March:
         if control == "dissipation" and not self.problem.law.is_on_surface(state.points):
             return advance_to_onset(self.problem, state)
         return advance(self.problem, state, control, value, reversal)
+
+    def _jumps(self, before: State, after: State) -> bool:
+        """Whether a loading step has lost so much load and energy that it must have passed over a snap-back."""
+        lost = self._balance(after) - self._balance(before)
+        whole = self.problem.law.concrete.Gf * self.problem.area
+        return after.load < 0.7 * before.load and lost > 0.05 * whole
 
     @staticmethod
     def _balance(state: State) -> float:
@@ -369,8 +381,11 @@ class March:
             old, new = abs(before.load) / self._largest, abs(after.load) / max(self._largest, abs(after.load))
         else:
             old, new = self.record(before)[name], self.record(after)[name]
+        near = 1e-3 * max(abs(value), 1e-3 * abs(old - value))
+        if abs(new - value) <= near < abs(old - value) and (name != "load_ratio" or old > value):
+            return 1.0, True  # from either side: a step that stops short of it is not to be followed by a tiny one
         if old == value or (old - value) * (new - value) > 0 or (name == "load_ratio" and new > value):
             return 1.0, False
-        if abs(new - value) <= 1e-3 * max(abs(value), 1e-3 * abs(old - value)):
+        if abs(new - value) <= near:
             return 1.0, True
         return float(np.clip((value - old) / (new - old), 0.05, 0.95)), False

@@ -197,8 +197,9 @@ class Scene:
         return self.sizes.crack_size if self.band.width is None else self.band.width
 
     def file(self, name: str) -> Path:
-        """A file that the scene names."""
-        return self.folder / name
+        """A file that the scene names: beside it, or one that comes with the built-in scenes."""
+        beside, bundled = self.folder / name, Path(str(_SCENES / Path(name).name))
+        return bundled if not beside.exists() and bundled.is_file() else beside
 
 
 _SCENES = resources.files("cohesive") / "scenes"

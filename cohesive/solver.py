@@ -75,7 +75,7 @@ def _search(at: Callable[[Array, float], _Iterate], now: _Iterate, step: Array) 
             new = at(now.v + size * step[:-1], now.load + size * float(step[-1]))
             value = new.merit(now.scale)
             full = new if size == 1.0 else full
-        except PointFailure:
+        except (PointFailure, NoContact):
             if size < SMALLEST_BEFORE_FAILURE:
                 raise
         if value < (1.0 - DECREASE * size) * merit:
@@ -179,8 +179,6 @@ def _newton(
             correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), problem.law.onset * 1e-3)
     except PointFailure as error:
         raise NotConverged(f"{error} at {problem.place(error.point)}") from error
-    except NoContact as error:
-        raise NotConverged(str(error)) from error
     change = np.linalg.norm(now.points.stress - start.points.stress, axis=1)
     worst = int(np.argmax(problem.points.weights * change))
     values = ", ".join(f"{value:.3g}" for value in now.points.deformation[worst])

@@ -178,6 +178,23 @@ def test_shear_contact_is_the_printed_one() -> None:
     assert (abs(mended[:, 0] / printed[:, 0] - 1.0) > 0.05).any()
 
 
+def test_shear_at_a_given_pressure_is_not() -> None:
+    """Faces that are pressed together: printed (G/E)/m_g of the pressure, mended far less than in proportion to it."""
+
+    def shear(contact: str, pressure: float) -> float:
+        law = CrackPlane(replace(MENDED, contact=contact), 0.2)
+        opening = np.geomspace(1e-6, 0.3, 40_000)[::-1]
+        jump = np.column_stack([opening - 1e-4, np.full(opening.size, 0.3)])
+        traction = law.traction(jump, np.full(opening.size, 0.1))[0]
+        assert traction[0, 0] > -pressure > traction[-1, 0]
+        return float(np.interp(pressure, -traction[:, 0], abs(traction[:, 1])))
+
+    limit = MENDED.G / MENDED.E / MENDED.m_g
+    assert shear("printed", 50.0) / 50.0 == pytest.approx(limit, rel=0.01)
+    mended = [shear("potential", pressure) / pressure for pressure in (10.0, 40.0)]
+    assert 0.25 * mended[0] < mended[1] < 0.5 * mended[0] < 0.3 * limit  # four times the pressure, less than twice the shear
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_softening_is_untouched(width: float) -> None:
     opening = np.geomspace(1e-6, 5 * MENDED.Zm, 2000)
