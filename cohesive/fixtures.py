@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from meshing import MixedModePlate, NotchedBeam, NotchedTension, SandwichPanel, SingleCrack
+from meshing import MixedModePlate, NotchedBeam, NotchedTension, SandwichPanel, SingleCrack, SingleCrack3D
 
 from .assembly import Tie
 from .interface import Interface
@@ -22,25 +22,24 @@ Index = NDArray[np.int64]
 
 def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], list[Tie], Tie | None]:
     """Supports and drives of a specimen, and its plane of symmetry where half of it is modelled."""
-    specimen, sets = scene.specimen, mesh.point_sets
-    x, y = (1.0, 0.0), (0.0, 1.0)
+    specimen, sets, d = scene.specimen, mesh.point_sets, mesh.points.shape[1]
+    x, y, *_ = axes = [tuple(axis) for axis in np.eye(d).tolist()]
+    if isinstance(specimen, NotchedBeam):
+        # jumps below the load are free: both faces carry it, in space as in the plane
+        drive = Tie("load", sets["load"], tuple(-c for c in y), holds_jumps=False)
+        supports = [Tie("support_left", sets["support_left"], y), *_across(scene, sets, d)]
+        if scene.model.half:
+            return supports, [drive], Tie("crack", np.unique(mesh.cells[-1].data), x)
+        supports += [Tie("support_left", sets["support_left"], x), Tie("support_right", sets["support_right"], y)]
+        return supports, [drive], None
     if scene.model.half:
         plane = np.unique(mesh.cells[-1].data)
-        if isinstance(specimen, NotchedBeam):
-            return (
-                [Tie("support_left", sets["support_left"], y)],
-                [Tie("load", sets["load"], (0.0, -1.0))],
-                Tie("crack", plane, x),
-            )
         # the plane of symmetry stays where it is, so the top moves by half of the drive
         return [Tie("top", sets["top"], x)], [Tie("top", sets["top"], y, factor=0.5)], Tie("crack", plane, y)
-    if isinstance(specimen, NotchedBeam):
-        left, right = sets["support_left"], sets["support_right"]
-        supports = [Tie("support_left", left, x), Tie("support_left", left, y), Tie("support_right", right, y)]
-        return supports, [Tie("load", sets["load"], (0.0, -1.0))], None
     if isinstance(specimen, SandwichPanel):
         base, top = sets["base"], sets["top"]
-        return [Tie("base", base, x), Tie("base", base, y)], [Tie("top", top, y), Tie("top", top, x)], None
+        supports = [*(Tie("base", base, axis) for axis in axes), *_across(scene, sets, d)]
+        return supports, [Tie("top", top, y), Tie("top", top, x)], None
     if isinstance(specimen, NotchedTension):
         base, top = sets["base"], sets["top"]
         levers = [
@@ -51,18 +50,31 @@ def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], list[Tie], Tie | N
         if isinstance(specimen, MixedModePlate):
             return supports, [pull, push], None
         return [*supports, push], [pull], None
-    if isinstance(specimen, SingleCrack):
+    if isinstance(specimen, SingleCrack | SingleCrack3D):
         t = np.radians(specimen.drive_angle)
-        along = specimen.turned(float(np.sin(t)), float(np.cos(t)))
-        across = (along[1], -along[0])
+        along: tuple[float, ...] = (float(np.sin(t)), float(np.cos(t)))
+        if isinstance(specimen, SingleCrack):
+            along = specimen.turned(*along)
+        others = [(along[1], -along[0]), *axes[2:]]
+        if d == 3:
+            along, others[0] = (*along, 0.0), (*others[0], 0.0)
         supports = [Tie("base", sets["base"], along)]
         if specimen.faces == "free":
-            supports.append(Tie("base_corner", sets["base_corner"], across))
+            supports.append(Tie("base_corner", sets["base_corner"], others[0]))
+            supports += [Tie("pin", sets["pin"], axis) for axis in axes[2:]]
         else:
-            supports += [Tie("base", sets["base"], across), Tie("top", sets["top"], across)]
+            supports += [Tie(name, sets[name], other) for other in others for name in ("base", "top")]
         return supports, [Tie("top", sets["top"], along)], None
+    for key, (_, direction) in [*(("supports", entry) for entry in specimen.supports), ("drive", specimen.drive)]:
+        _has_components(mesh, f"{key}.direction", direction)
     supports = [Tie("supports", _nodes(mesh, "supports", at), direction) for at, direction in specimen.supports]
     return supports, [Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1])], None
+
+
+def _across(scene: Scene, sets: dict[str, Index], d: int) -> list[Tie]:
+    """What holds an extruded specimen along its thickness: front and back in plane strain, else one node."""
+    faces = ("back", "front") if scene.model.plane == "strain" else ("pin",)
+    return [Tie(name, sets[name], (0.0, 0.0, 1.0)) for name in faces] if d == 3 else []
 
 
 def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, ...]) -> Index:
@@ -72,6 +84,7 @@ def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, ...]) -> Index
             names = ", ".join(sorted(mesh.point_sets)) or "none"
             raise SceneError(f"specimen.{key} = {place!r}: the mesh has no such set; it has {names}")
         return np.asarray(mesh.point_sets[place])
+    _has_components(mesh, f"{key}.at" if key in ("supports", "drive") else key, place)
     distance = np.linalg.norm(mesh.points - np.asarray(place), axis=1)
     size = float(np.ptp(mesh.points, axis=0).max())
     if distance.min() > 1e-6 * size:
@@ -79,6 +92,12 @@ def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, ...]) -> Index
             f"specimen.{key} = {list(place)}: the nearest node is {distance.min():.3g} mm away; expected a node there"
         )
     return np.flatnonzero(distance < 1e-6 * size)
+
+
+def _has_components(mesh: meshio.Mesh, key: str, vector: tuple[float, ...]) -> None:
+    if len(vector) != mesh.points.shape[1]:
+        kind, expected = ("solid", "three") if mesh.points.shape[1] == 3 else ("plane", "two")
+        raise SceneError(f"specimen.{key} = {[round(c, 6) for c in vector]}: the mesh is {kind}; expected {expected} numbers")
 
 
 def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str, Array]:
@@ -104,7 +123,7 @@ def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str,
         plus = mesh.point_sets["gauge_plus"]
         minus = mesh.point_sets.get("gauge_minus", plus)
     apart = mesh.points[plus].mean(axis=0) - mesh.points[minus].mean(axis=0)
-    if faces is None and isinstance(specimen, SingleCrack):
+    if faces is None and isinstance(specimen, SingleCrack | SingleCrack3D):
         normal = np.array(specimen.normal)
     elif faces is None and isinstance(specimen, UserMesh):  # without a path, from one place to the other
         normal = _gauge_normal(specimen, apart)

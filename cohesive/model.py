@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from meshing.cracks import path_length
+from meshing import SingleCrack3D
 
 from .concrete import Concrete
 from .continuum import ElasticBlock
@@ -180,7 +181,7 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
     """Zero-thickness elements along the path."""
     crack, points = mesh.cells[-1], mesh.points
     interface = Interface.from_cells(crack.type, points, crack.data, depth(scene, mesh), scene.interface.quadrature)
-    crack_length = interface.area / scene.specimen.thickness
+    crack_length = _length(scene, interface.area)
     width = scene.interface.width
     if width is None:
         width = default_width(crack_length, scene.material)
@@ -202,7 +203,7 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
 
 def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> CrackPart:
     """A crack band: quadrilaterals or hexahedra along the path, or all elements."""
-    options, thickness, d = scene.band, scene.specimen.thickness, mesh.points.shape[1]
+    options, d = scene.band, mesh.points.shape[1]
     parts = [block.strain_points(_centre_line(_POINTS_ALONG[block.kind], d) if is_row(mesh) else None) for block in band]
     offsets = np.cumsum([0, *(len(block.cells) for block in band)])[:-1]
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
@@ -221,10 +222,8 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
         volumes = np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / depth(scene, mesh)
         width = float(np.median(np.sqrt(volumes) if d == 2 else np.cbrt(volumes)))
     if not isinstance(scene.specimen, UserMesh):
-        if d == 2:
-            area = path_length("crack", scene.specimen.paths) * thickness
-        width = scene.band_width
-    _check_units(scene, float(np.ptp(mesh.points, axis=0).max()) if area is None else area / thickness)
+        area, width = scene.crack_area, scene.band_width
+    _check_units(scene, float(np.ptp(mesh.points, axis=0).max()) if area is None else _length(scene, area))
     excess = width / (2.0 * scene.material.characteristic_length)
     if excess > _REFUSE_EXCESS:
         key = "specimen.band: width" if isinstance(scene.specimen, UserMesh) else "band.width"
@@ -243,7 +242,16 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
 
 def depth(scene: Scene, mesh: meshio.Mesh) -> float:
     """What a plane mesh is to be multiplied with, mm: the thickness; 1 in space."""
-    return float(scene.specimen.thickness) if mesh.points.shape[1] == 2 else 1.0
+    if mesh.points.shape[1] == 3:
+        return 1.0
+    assert scene.specimen.thickness is not None
+    return scene.specimen.thickness
+
+
+def _length(scene: Scene, area: float) -> float:
+    """Length of a crack of some area, mm: that of its path or, of a surface in space, the root of its area."""
+    thickness = None if isinstance(scene.specimen, SingleCrack3D) else scene.specimen.thickness
+    return math.sqrt(area) if thickness is None else area / thickness
 
 
 def is_row(mesh: meshio.Mesh) -> bool:

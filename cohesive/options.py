@@ -11,15 +11,17 @@ from meshing.specimens import polylines
 
 @dataclass(frozen=True)
 class UserMesh:
-    """A plane mesh file of the user's, with its crack, supports and drive.
+    """A mesh file of the user's, plane or solid, with its crack, supports and drive.
 
-    A place is the name of a set of the file, or a point [x, y] that is a node.
+    A place is the name of a set of the file, or a point [x, y] that is a node; of a solid mesh points and directions have
+    three numbers.
 
     Parameters
     ----------
     file : in any format that meshio reads, lengths in mm; relative to the scene file.
-    thickness : mm.
-    crack : name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges.
+    thickness : of a plane mesh, mm; a solid one has none.
+    crack : name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges; of a
+        solid mesh, name of a set of triangles or quadrilaterals on the crack surface, or of its nodes.
     supports : list of {at = place, direction = [x, y]}: no motion of these nodes along the direction.
     drive : {at = place, direction = [x, y]}: these nodes move together along the direction.
     gauge_minus, gauge_plus : places between which the opening is measured, positive where they part; without them the
@@ -30,16 +32,16 @@ class UserMesh:
     """
 
     file: str
-    thickness: float
     crack: Any
     supports: Any
     drive: Any
+    thickness: float | None = None
     gauge_minus: Any = None
     gauge_plus: Any = None
     band: str | None = None
 
     def __post_init__(self) -> None:
-        if not self.thickness > 0:
+        if self.thickness is not None and not self.thickness > 0:
             raise ValueError(f"thickness = {self.thickness!r}: expected a number above 0")
         if not isinstance(self.crack, str):
             object.__setattr__(self, "crack", polylines(self.crack))
@@ -54,31 +56,31 @@ class UserMesh:
                 _place(name, getattr(self, name))
 
 
-def _place(name: str, value: Any) -> str | tuple[float, float]:
+def _place(name: str, value: Any) -> str | tuple[float, ...]:
     if isinstance(value, str):
         return value
-    return _pair(name, value, "the name of a set or a point [x, y]")
+    return _vector(name, value, "the name of a set or a point [x, y], in space [x, y, z]")
 
 
-def _pair(name: str, value: Any, expected: str) -> tuple[float, float]:
+def _vector(name: str, value: Any, expected: str) -> tuple[float, ...]:
     try:
-        x, y = (float(c) for c in value)
+        components = tuple(float(c) for c in value)
     except (TypeError, ValueError):
         raise ValueError(f"{name} = {value!r}: expected {expected}") from None
-    if not (math.isfinite(x) and math.isfinite(y)):
+    if len(components) not in (2, 3) or not all(math.isfinite(c) for c in components):
         raise ValueError(f"{name} = {value!r}: expected {expected}")
-    return x, y
+    return components
 
 
-def _motion(name: str, entry: Any) -> tuple[str | tuple[float, float], tuple[float, float]]:
+def _motion(name: str, entry: Any) -> tuple[str | tuple[float, ...], tuple[float, ...]]:
     """{at, direction} as a place and a unit vector."""
     if not isinstance(entry, dict) or set(entry) != {"at", "direction"}:
         raise ValueError(f"{name} = {entry!r}: expected {{at = ..., direction = [x, y]}}")
-    x, y = _pair(f"{name}.direction", entry["direction"], "two numbers [x, y]")
-    length = math.hypot(x, y)
+    direction = _vector(f"{name}.direction", entry["direction"], "two numbers [x, y], in space three")
+    length = math.hypot(*direction)
     if not length > 0:
         raise ValueError(f"{name}.direction = {entry['direction']!r}: expected a vector that is not zero")
-    return _place(f"{name}.at", entry["at"]), (x / length, y / length)
+    return _place(f"{name}.at", entry["at"]), tuple(c / length for c in direction)
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,8 @@ class ModelOptions:
     Parameters
     ----------
     kind : "discrete" (zero-thickness interface elements) or "smeared" (crack band).
-    plane : "stress" or "strain".
+    plane : "stress" or "strain". In three dimensions the specimens that are extruded have front and back held along z for
+        "strain", and free for "stress"; for a single-crack-3d and a solid mesh "strain" has no meaning and is refused.
     half : model one half of a body that is symmetric about its crack; loads and energies are those of the whole.
         Discrete only.
     """

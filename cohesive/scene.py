@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import difflib
 import json
+import math
 import reprlib
 import tomllib
 import types
@@ -17,8 +18,21 @@ from typing import Any
 
 import numpy as np
 
-from meshing import MeshError, MeshSizes, MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
+from meshing import (
+    MeshError,
+    MeshSizes,
+    MixedModePlate,
+    NotchedBeam,
+    NotchedBeam3D,
+    NotchedTension,
+    PushOff,
+    PushOff3D,
+    SandwichPanel,
+    SingleCrack,
+    SingleCrack3D,
+)
 from meshing.cracks import path_length
+from meshing.solids import Extruded
 
 from .concrete import PRESETS, Concrete
 from .loading import Stage
@@ -29,7 +43,7 @@ class SceneError(ValueError):
     """A scene that cannot be used; the message names the key, its value and what was expected."""
 
 
-Specimen = NotchedBeam | NotchedTension | MixedModePlate | SandwichPanel | PushOff | SingleCrack | UserMesh
+Specimen = NotchedBeam | NotchedTension | MixedModePlate | SandwichPanel | PushOff | SingleCrack | SingleCrack3D | UserMesh
 
 SPECIMENS: dict[str, type[Specimen]] = {
     "notched-beam": NotchedBeam,
@@ -38,6 +52,9 @@ SPECIMENS: dict[str, type[Specimen]] = {
     "sandwich-panel": SandwichPanel,
     "push-off": PushOff,
     "single-crack": SingleCrack,
+    "notched-beam-3d": NotchedBeam3D,
+    "push-off-3d": PushOff3D,
+    "single-crack-3d": SingleCrack3D,
     "mesh": UserMesh,
 }
 #: default element sizes: elements along the crack, elements to E Gf / ft^2, and the far size over the crack size
@@ -100,6 +117,8 @@ class Scene:
         self.reference = (
             _build(ReferenceOptions, _table(self.data, "reference"), "reference") if "reference" in self.data else None
         )
+        if isinstance(self.specimen, SingleCrack3D):
+            self._check_single_crack()
         if self.model.half and self.model.kind == "smeared":
             raise SceneError(
                 "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
@@ -171,14 +190,39 @@ class Scene:
                 raise SceneError(f"{key}: there is no such key in the scene")
         return Scene(data, self.folder)
 
+    def _check_single_crack(self) -> None:
+        """Refuse what means nothing for a crack at any angle in space."""
+        if self.model.plane == "strain":
+            raise SceneError("model.plane = 'strain': a single-crack-3d is no plane body; expected no such key")
+        if self.model.kind == "smeared" and self.band.where == "path":
+            raise SceneError(
+                "band.where = 'path': there is no crack band for a crack at any angle in space; expected 'everywhere', or an "
+                "extruded specimen"
+            )
+
+    @property
+    def is_solid(self) -> bool:
+        """Whether a built-in specimen is modelled in three dimensions."""
+        return isinstance(self.specimen, (Extruded, SingleCrack3D))
+
     @property
     def crack_length(self) -> float:
-        """Length of the crack path of a built-in specimen, mm."""
+        """Length of the crack path of a built-in specimen, mm; of a crack without one the root of its area."""
         assert not isinstance(self.specimen, UserMesh)
+        if isinstance(self.specimen, SingleCrack3D):
+            return math.sqrt(self.specimen.crack_area)
         try:
             return path_length("crack", self.specimen.paths)
         except MeshError as error:
             raise SceneError(f"specimen.{error}") from None
+
+    @property
+    def crack_area(self) -> float:
+        """Area of the crack of a built-in specimen, mm^2."""
+        if isinstance(self.specimen, SingleCrack3D):
+            return self.specimen.crack_area
+        assert self.specimen.thickness is not None
+        return self.crack_length * self.specimen.thickness
 
     def _sizes(self, table: dict[str, Any]) -> dict[str, Any]:
         """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""

@@ -55,6 +55,7 @@ def build(scene: Scene) -> Model:
 
     clock = time.perf_counter()
     points = np.asarray(mesh.points, dtype=float)
+    extent = float(np.ptp(points, axis=0).max())
     D = elasticity(scene.material.E, scene.material.nu, scene.model.plane if points.shape[1] == 2 else None)
     smeared = scene.model.kind == "smeared"
     elastic, cracking = _blocks(scene, mesh, points, D)
@@ -121,7 +122,7 @@ def build(scene: Scene) -> Model:
         stiffness,
         drives_at,
         np.eye(len(drives_at))[0],
-        cracks.area or float(np.ptp(points, axis=0).max()) * scene.specimen.thickness,  # without one, its order
+        cracks.area or extent * (scene.specimen.thickness or extent),  # without one, its order
         measures,
         scene.solver.tol,
         spring=getattr(scene.specimen, "restraint", 0.0),
@@ -205,21 +206,34 @@ def _mesh(scene: Scene) -> meshio.Mesh:
     specimen, smeared = scene.specimen, scene.model.kind == "smeared"
     everywhere = scene.band.where == "everywhere"
     if isinstance(specimen, UserMesh):
-        if not smeared:
-            return read_mesh(scene.file(specimen.file), specimen.crack)
-        if specimen.band is None and not everywhere:
-            raise MeshError("band is missing: expected the name of the set of elements that form the band, or "
-                            "band.where = 'everywhere'")  # fmt: skip
-        along = None if isinstance(specimen.crack, str) else np.subtract(specimen.crack[0][-1], specimen.crack[0][0])
-        return read_band_mesh(scene.file(specimen.file), None if everywhere else specimen.band, along)
+        return _user_mesh(scene, specimen)
     assert scene.sizes is not None
     if smeared and everywhere:
         return specimen.mesh_body(scene.sizes)
     if smeared:
-        mesh = specimen.mesh_band(scene.sizes, scene.band_width)
-        mesh.cell_sets["row"] = mesh.cell_sets["band"]
-        return mesh
+        return specimen.mesh_band(scene.sizes, scene.band_width)
     return specimen.mesh(scene.sizes, scene.model.half)
+
+
+def _user_mesh(scene: Scene, specimen: UserMesh) -> meshio.Mesh:
+    file, everywhere = scene.file(specimen.file), scene.band.where == "everywhere"
+    if scene.model.kind == "discrete":
+        mesh = read_mesh(file, specimen.crack)
+    elif specimen.band is None and not everywhere:
+        raise MeshError(
+            "band is missing: expected the name of the set of elements that form the band, or band.where = 'everywhere'"
+        )
+    else:
+        along = None if isinstance(specimen.crack, str) else np.subtract(specimen.crack[0][-1], specimen.crack[0][0])
+        mesh = read_band_mesh(file, None if everywhere else specimen.band, along)
+    is_solid = mesh.points.shape[1] == 3
+    if not is_solid and specimen.thickness is None:
+        raise SceneError("specimen.thickness is missing: the mesh is plane")
+    if is_solid and specimen.thickness is not None:
+        raise SceneError(f"specimen.thickness = {specimen.thickness:g}: the mesh is solid; expected no thickness")
+    if is_solid and scene.model.plane == "strain":
+        raise SceneError("model.plane = 'strain': the mesh is solid; expected no such key, and supports that hold its faces")
+    return mesh
 
 
 def _blocks(scene: Scene, mesh: meshio.Mesh, points: Array, D: Array) -> tuple[list[ElasticBlock], list[ElasticBlock]]:

@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-# meshio reads and writes `wedge15`, but has forgotten its dimension
-meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 #: a cube, in the order of a hexahedron, as six tetrahedra around its diagonal 0-6
 _TETRAHEDRA = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
