@@ -56,11 +56,13 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     Raises
     ------
     SceneError
-        For another accuracy, a mesh of the user's, or a table that cannot be read.
+        For another accuracy, a mesh of the user's, a specimen in three dimensions, or a table that cannot be read.
     """
     wanted = parse(accuracy)
     if scene.sizes is None:
         raise SceneError("accuracy: a mesh of your own has no sizes to choose; expected a built-in specimen")
+    if scene.is_solid:
+        raise SceneError(f"accuracy: no trade is of a {scene.kind}; expected a specimen in the plane")
     said = ""
     own = {str(table): Trade.load(table)} if table is not None and Path(table).is_file() else {}
     for name, trade in own.items():

@@ -81,7 +81,9 @@ class Comparison:
     def profiles(self) -> list[tuple[str, dict[str, tuple[Array, Array]]]]:
         """Opening (mm) over the position along the crack path (mm) at three stages: the peak, half the peak load
         after it (or halfway to the end), and the end; fewer, where they coincide. A pair (title, {model: (position,
-        opening)}) for each."""
+        opening)}) for each. In space the opening is the mean over the thickness; none for a crack without a path."""
+        if self.discrete.model.mesh.points.shape[1] == 3 and not getattr(self.discrete.scene.specimen, "paths", None):
+            return []
         s, opening, load = self._pair.upto_end(0)
         peak = int(load.argmax())
         fallen = np.flatnonzero(load[peak:] <= 0.5 * load[peak])
@@ -211,12 +213,22 @@ def _profile(result: Result, s: Array, travelled: float) -> tuple[Array, Array]:
     share = (travelled - s[before]) / (s[after] - s[before]) if s[after] > s[before] else 1.0
     where, late = result.opening_profile(after)
     early = result.opening_profile(before)[1]
-    position = _along(where, getattr(result.scene.specimen, "paths", []))
+    position = _along(where[:, :2], getattr(result.scene.specimen, "paths", []))
     opening = (1.0 - share) * early + share * late
     order = np.argsort(position, kind="stable")
+    if where.shape[1] == 3:
+        return _mean_over_thickness(position, opening)
     if result.model.is_smeared and result.model.cracks.frames is None:  # off the path nearly every point is closed
         order = order[opening[order] > 0.01 * opening.max(initial=0.0)]
     return position[order], opening[order]
+
+
+def _mean_over_thickness(position: Array, opening: Array) -> tuple[Array, Array]:
+    """One opening for each position, in ascending order; positions that differ by rounding are one."""
+    order = np.argsort(position, kind="stable")
+    position, opening = position[order], opening[order]
+    begin = np.flatnonzero(np.diff(position, prepend=-np.inf) > 1e-6 * np.ptp(position))
+    return position[begin], np.add.reduceat(opening, begin) / np.diff(begin, append=len(opening))
 
 
 def _along(points: Array, lines: list[Line]) -> Array:

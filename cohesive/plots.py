@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import Collection, LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from .result import major_stress
+from .result import Frame, major_stress
+from .solid_plot import draw_body, draw_crack
 
 if TYPE_CHECKING:
     from .comparison import Comparison
@@ -80,9 +81,11 @@ def _draw_reference(axes: Axes, reference: Reference | None) -> None:
 
 def comparison_figure(comparison: Comparison) -> Figure:
     """Load over opening in both models, their difference, and openings along the crack at three stages."""
-    figure = new_figure(11.0, 5.6)
-    grid = figure.add_gridspec(2, 2, height_ratios=[2.4, 1.0], width_ratios=[1.15, 1.0])
-    top, below, side = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[:, 1])
+    profiles = comparison.profiles()
+    figure = new_figure(11.0 if profiles else 6.4, 5.6)
+    widths = [1.15, 1.0] if profiles else [1.0]
+    grid = figure.add_gridspec(2, len(widths), height_ratios=[2.4, 1.0], width_ratios=widths)
+    top, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
     if not comparison.by_platen:
         _draw_reference(top, comparison.discrete.reference)
     for result, label, style in ((comparison.discrete, "discrete", "C0-"), (comparison.smeared, "smeared", "C1--")):
@@ -96,14 +99,20 @@ def comparison_figure(comparison: Comparison) -> Figure:
     below.axhline(0.0, color="0.5", linewidth=0.6)
     below.set(xlabel=f"{comparison.travelled} (mm)")
     below.set(ylabel="smeared - discrete (N)")
-    for i, (title, profiles) in enumerate(comparison.profiles()):
-        side.plot(*profiles["discrete"], color=f"C{i + 4}", label=f"{title}, discrete")
-        side.plot(*profiles["smeared"], "o", color=f"C{i + 4}", markersize=3, markerfacecolor="none", label="smeared")
-    side.axhline(0.0, color="0.5", linewidth=0.6)
-    side.set(xlabel="position along the crack path (mm)", ylabel="crack opening: jump, or $l_{ch}$ x fracture strain (mm)")
-    side.legend(frameon=False)
+    if profiles:
+        _draw_profiles(figure.add_subplot(grid[:, 1]), profiles)
     figure.suptitle(comparison.discrete.scene.title)
     return figure
+
+
+def _draw_profiles(axes: Axes, profiles: Sequence[tuple[str, dict[str, tuple[Array, Array]]]]) -> None:
+    """Openings along the crack of both models at some stages."""
+    for i, (title, by_model) in enumerate(profiles):
+        axes.plot(*by_model["discrete"], color=f"C{i + 4}", label=f"{title}, discrete")
+        axes.plot(*by_model["smeared"], "o", color=f"C{i + 4}", markersize=3, markerfacecolor="none", label="smeared")
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    axes.set(xlabel="position along the crack path (mm)", ylabel="crack opening: jump, or $l_{ch}$ x fracture strain (mm)")
+    axes.legend(frameon=False)
 
 
 def trade_figure(trade: Trade) -> Figure:
@@ -164,11 +173,14 @@ def save_deformed(result: Result, path: Path) -> None:
     mesh = result.model.mesh
     points, u = mesh.points, frame.displacement
     size = float(np.ptp(points, axis=0).max())
-    factor = _magnification(0.06 * size / max(float(np.hypot(*u.T).max()), 1e-300))
+    factor = _magnification(0.06 * size / max(float(np.linalg.norm(u, axis=1).max()), 1e-300))
     warped = points + factor * u
-    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*result.model.blocks, *result.model.band)]
     stress = np.concatenate([major_stress(s) for s in frame.stress])
-    low, high = np.percentile(stress, [1, 99])
+    title = f"opening {result.history['opening'][-1]:.3g} mm, displacements magnified {factor:g} times"
+    if points.shape[1] == 3:
+        save(_solid_figure(result, frame, warped, stress, title), path)
+        return
+    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*result.model.blocks, *result.model.band)]
     span = warped.max(axis=0) - warped.min(axis=0)
     width = 8.0
     figure = new_figure(width, float(np.clip(0.8 * width * span[1] / span[0] + 1.0, 2.6, 8.5)))
@@ -177,7 +189,7 @@ def save_deformed(result: Result, path: Path) -> None:
         _corners(faces),  # type: ignore[arg-type]  # an array is drawn much faster than a list
         array=stress, cmap="viridis", edgecolors="face", linewidths=0.3,
     )  # fmt: skip
-    body.set_clim(low, max(high, low + 1e-12))
+    _limit(body, stress)
     axes.add_collection(body)
     if result.model.is_smeared:
         _draw_planes(axes, result, faces[len(result.model.blocks) :])
@@ -188,10 +200,25 @@ def save_deformed(result: Result, path: Path) -> None:
     axes.set_xlim(warped[:, 0].min() - 0.02 * size, warped[:, 0].max() + 0.02 * size)
     axes.set_ylim(warped[:, 1].min() - 0.02 * size, warped[:, 1].max() + 0.02 * size)
     axes.set_aspect("equal")
-    opening = result.history["opening"][-1]
-    axes.set(xlabel="x (mm)", ylabel="y (mm)", title=f"opening {opening:.3g} mm, displacements magnified {factor:g} times")
+    axes.set(xlabel="x (mm)", ylabel="y (mm)", title=title)
     figure.colorbar(body, ax=axes, label="major principal stress (MPa)", shrink=0.9, extend="both")
     save(figure, path)
+
+
+def _solid_figure(result: Result, frame: Frame, warped: Array, stress: Array, title: str) -> Figure:
+    """A body in space beside its crack surface, which it may hide."""
+    figure = new_figure(12.0, 5.2)
+    figure.set_layout_engine("none")  # which axes in space do not take part in
+    _limit(draw_body(figure, 0.03, result, warped, stress), stress)
+    draw_crack(figure, 0.54, result, frame, warped)
+    figure.suptitle(title)
+    return figure
+
+
+def _limit(faces: Collection, stress: Array) -> None:
+    """Colours that a few very large stresses do not flatten."""
+    low, high = np.percentile(stress, [1, 99])
+    faces.set_clim(low, max(high, low + 1e-12))
 
 
 def _draw_planes(axes: Axes, result: Result, faces: list[Array]) -> None:

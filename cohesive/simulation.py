@@ -93,6 +93,8 @@ def build(scene: Scene) -> Model:
     reduction = scene.solver.reduction
     if reduction == "auto":
         reduction = "condensed" if _dense_is_cheaper(len(active), K.shape[0], points.shape[1]) else "none"
+    if not elastic:  # nothing to condense
+        reduction = "none"
     stiffness: Stiffness
     if reduction == "condensed":
         try:

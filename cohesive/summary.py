@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from meshing.solids import Extruded
+
 from .continuum import ElasticBlock
 
 if TYPE_CHECKING:
@@ -93,11 +95,20 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
         cracks = f"{count(model.band)} that may crack, {points}"
         left_out = "cracks off the band, " if model.blocks else ""
     return (
-        f"modelled: {whole}{bulk}{cracks}, in plane {scene.model.plane}",
+        f"modelled: {whole}{bulk}{cracks}, {_space(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
         + (", the rest eliminated once" if model.reduction == "condensed" else ", nothing condensed"),
         f"left out: {left_out}crushing, time, temperature, large rotations",
     )
+
+
+def _space(scene: Scene, model: Model) -> str:
+    """Of what dimension, and what holds the faces of a body of some thickness."""
+    if model.mesh.points.shape[1] == 2:
+        return f"in plane {scene.model.plane}"
+    if not isinstance(scene.specimen, Extruded):
+        return "in three dimensions"
+    return f"in three dimensions with front and back {'held' if scene.model.plane == 'strain' else 'free'}"
 
 
 def _of_the_crack(result: Result) -> str:

@@ -228,12 +228,14 @@ def trade(
     Raises
     ------
     SceneError
-        For a mesh of the user's, which has no sizes to turn, or an unknown knob.
+        For a mesh of the user's, which has no sizes to turn, a specimen in three dimensions, or an unknown knob.
     NotConverged
         If the reference fails.
     """
     if scene.sizes is None:
         raise SceneError("specimen.kind = 'mesh': a trade turns the sizes of the mesh; expected a built-in specimen")
+    if scene.is_solid:
+        raise SceneError(f"specimen.kind = '{scene.kind}': a trade runs far finer meshes; expected a specimen in the plane")
     bare = Scene({key: value for key, value in scene.data.items() if key not in ("reference", "output")}, scene.folder)
     pool = executor or ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), max_tasks_per_child=1)
     waiting: list[tuple[Settings, Future[tuple[Curve, Cost]]]] = []
