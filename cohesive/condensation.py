@@ -120,12 +120,15 @@ class Condensed:
         shift = float(A.diagonal().max())
         last = np.arange(len(order) - n, len(order))
         A = (A + sp.csc_array((np.full(n, shift), (last, last)), shape=A.shape)).tocsc()
+        not_held = "the body is not held: its stiffness is singular. Expected supports against every motion"
         try:
             factor = spla.splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True, "Equil": False})
         except RuntimeError:
-            raise ValueError(
-                "the body is not held: its stiffness is singular. Expected supports against every motion"
-            ) from None
+            raise ValueError(not_held) from None
+        # rounding hides a zero pivot; then a known motion is not found from its forces
+        motion = np.random.default_rng(0).normal(size=len(order))
+        if not np.linalg.norm(factor.solve(A @ motion) - motion) < 1e-3 * np.linalg.norm(motion):
+            raise ValueError(not_held)
         # SuperLU postorders the columns; the active ones stay last, in an order of their own
         place = factor.perm_c[last] - last[0] if n else last
         if (place < 0).any() or not np.array_equal(factor.perm_c, factor.perm_r):

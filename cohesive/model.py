@@ -20,7 +20,7 @@ from .crackplane import CrackPlane
 from .interface import Interface, InterfaceLaw
 from .options import UserMesh
 from .planes import frames as frames_of
-from .planes import stress_transformation
+from .planes import major_strain, stress_transformation
 from .pointlaw import PointLaw
 from .problem import Problem, State
 from .scene import Scene, SceneError
@@ -85,7 +85,7 @@ class CrackPart:
 
     def point_values(self, state: State) -> dict[str, Array]:
         """The crack at each point, see `Frame`: (p,) each."""
-        points = state.points
+        points, further = state.points, {}
         if isinstance(self.law, InterfaceLaw):
             jump, traction = points.deformation, points.stress
             planes = np.ones(len(jump))
@@ -103,8 +103,10 @@ class CrackPart:
                 values.append(value)
             jump, traction, damage = values
             planes = np.bincount(cracks.point, minlength=size).astype(float)
+            further = {"strain_max": major_strain(points.deformation)}
         names = ("opening", "sliding", "traction_n", "traction_s", "damage", "planes")
-        return dict(zip(names, (jump[:, 0], _shear(jump), traction[:, 0], _shear(traction), damage, planes), strict=True))
+        values = [jump[:, 0], _shear(jump), traction[:, 0], _shear(traction), damage, planes]
+        return dict(zip(names, values, strict=True)) | further
 
     def cell_values(self, state: State) -> dict[str, Array]:
         """Means of `point_values` over the cells."""

@@ -35,6 +35,12 @@ def stress_tensor(stress: Array) -> Array:
     return tensor
 
 
+def major_strain(strain: Array) -> Array:
+    """Largest principal strain of (n, k) strains with engineering shear, in the plane if the components are, (n,)."""
+    share = np.array([1.0 if i == j else 0.5 for i, j in PAIRS[2 if strain.shape[1] == 3 else 3]])
+    return np.asarray(np.linalg.eigvalsh(stress_tensor(share * strain))[:, -1])
+
+
 def longest_chord(corners: Array, direction: Array) -> Array:
     """Length of the longest chord of convex polygons or polyhedra along directions: l_ch, (n,), mm.
 

@@ -119,7 +119,7 @@ class Frame:
         each, MPa
     cracks : by name, one value for each crack cell or cell of the band: opening, sliding (mm), damage, traction_n,
         traction_s (MPa), planes. Of a band the crack plane that is open widest counts; its opening and sliding are
-        l_ch times the fracture strain.
+        l_ch times the fracture strain, and strain_max is the major principal strain.
     """
 
     step: int
