@@ -209,8 +209,9 @@ def _solid_figure(result: Result, frame: Frame, warped: Array, stress: Array, ti
     """A body in space beside its crack surface, which it may hide."""
     figure = new_figure(12.0, 5.2)
     figure.set_layout_engine("none")  # which axes in space do not take part in
-    _limit(draw_body(figure, 0.03, result, warped, stress), stress)
-    draw_crack(figure, 0.54, result, frame, warped)
+    body = draw_body(figure, 0.02, result, warped, stress)
+    _limit(body, np.asarray(body.get_array()))
+    draw_crack(figure, 0.53, result, frame, warped)
     figure.suptitle(title)
     return figure
 

@@ -70,7 +70,7 @@ def _draw(
     figure: Figure, left: float, warped: Array, corners: Array, values: Array, name: str, colours: str
 ) -> Poly3DCollection:
     """Polygons in axes that hold the whole body, with equal scales, and their colours beside them."""
-    axes = figure.add_axes((left, 0.02, 0.35, 0.92), projection="3d", proj_type="ortho")
+    axes = figure.add_axes((left, 0.02, 0.37, 0.92), projection="3d", proj_type="ortho")
     assert isinstance(axes, Axes3D)
     faces = Poly3DCollection(
         list(corners[..., _ON_AXES]), array=values, cmap=colours, edgecolors=(0.0, 0.0, 0.0, 0.3), linewidths=0.15
@@ -79,12 +79,12 @@ def _draw(
     low, high = (bound[_ON_AXES] for bound in (warped.min(axis=0), warped.max(axis=0)))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="z (mm)", ylabel="x (mm)", zlabel="y (mm)")
-    axes.set_box_aspect(tuple(high - low), zoom=0.95)
+    axes.set_box_aspect(tuple(high - low), zoom=0.85)
     for axis, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
         axis.set_major_locator(MaxNLocator(max(1, round(5 * length))))
         axis.labelpad = 4 + 8 * length
     axes.view_init(_ELEVATION, _AZIMUTH)
-    figure.colorbar(faces, cax=figure.add_axes((left + 0.375, 0.2, 0.012, 0.55)), label=name)
+    figure.colorbar(faces, cax=figure.add_axes((left + 0.385, 0.2, 0.012, 0.55)), label=name)
     return faces
 
 
