@@ -59,6 +59,8 @@ SPECIMENS: dict[str, type[Specimen]] = {
 }
 #: default element sizes: elements along the crack, elements to E Gf / ft^2, and the far size over the crack size
 ELEMENTS_ALONG, ELEMENTS_IN_ZONE, COARSENING = 25, 15, 8.0
+#: elements along either side of a crack surface that no path describes: twice as many would make an iteration 64 times dearer
+ELEMENTS_ON_SIDE = 12
 _TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
 
 
@@ -227,9 +229,8 @@ class Scene:
     def _sizes(self, table: dict[str, Any]) -> dict[str, Any]:
         """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
         if "crack_size" not in table:
-            table["crack_size"] = min(
-                self.crack_length / ELEMENTS_ALONG, self.material.characteristic_length / ELEMENTS_IN_ZONE
-            )
+            along = ELEMENTS_ON_SIDE if isinstance(self.specimen, SingleCrack3D) else ELEMENTS_ALONG
+            table["crack_size"] = min(self.crack_length / along, self.material.characteristic_length / ELEMENTS_IN_ZONE)
         if "far_size" not in table and _is_a(table["crack_size"], float):
             table["far_size"] = COARSENING * table["crack_size"]
         return table
