@@ -216,7 +216,7 @@ def _profile(result: Result, s: Array, travelled: float) -> tuple[Array, Array]:
     position = _along(where[:, :2], getattr(result.scene.specimen, "paths", []))
     opening = (1.0 - share) * early + share * late
     order = np.argsort(position, kind="stable")
-    if where.shape[1] == 3:
+    if where.shape[1] == 3 and result.model.cracks.frames is not None:
         return _mean_over_thickness(position, opening)
     if result.model.is_smeared and result.model.cracks.frames is None:  # off the path nearly every point is closed
         order = order[opening[order] > 0.01 * opening.max(initial=0.0)]
