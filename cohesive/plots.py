@@ -176,14 +176,16 @@ def save_deformed(result: Result, path: Path) -> None:
     factor = _magnification(0.06 * size / max(float(np.linalg.norm(u, axis=1).max()), 1e-300))
     warped = points + factor * u
     stress = np.concatenate([major_stress(s) for s in frame.stress])
-    title = f"opening {result.history['opening'][-1]:.3g} mm, displacements magnified {factor:g} times"
+    whole = "one half of the body, " if result.scene.model.half else ""
+    title = f"{whole}opening {result.history['opening'][-1]:.3g} mm, displacements magnified {factor:g} times"
     if points.shape[1] == 3:
         save(_solid_figure(result, frame, warped, stress, title), path)
         return
     faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*result.model.blocks, *result.model.band)]
     span = warped.max(axis=0) - warped.min(axis=0)
-    width = 8.0
-    figure = new_figure(width, float(np.clip(0.8 * width * span[1] / span[0] + 1.0, 2.6, 8.5)))
+    ratio = span[1] / span[0]
+    width = float(np.clip(7.5 / ratio + 3.0, 5.0, 8.0))  # narrower for a tall body
+    figure = new_figure(width, float(np.clip(0.8 * width * ratio + 1.0, 2.6, 8.5)))
     axes = figure.add_subplot()
     body = PolyCollection(
         _corners(faces),  # type: ignore[arg-type]  # an array is drawn much faster than a list
@@ -200,7 +202,8 @@ def save_deformed(result: Result, path: Path) -> None:
     axes.set_xlim(warped[:, 0].min() - 0.02 * size, warped[:, 0].max() + 0.02 * size)
     axes.set_ylim(warped[:, 1].min() - 0.02 * size, warped[:, 1].max() + 0.02 * size)
     axes.set_aspect("equal")
-    axes.set(xlabel="x (mm)", ylabel="y (mm)", title=title)
+    axes.set(xlabel="x (mm)", ylabel="y (mm)")
+    figure.suptitle(title, fontsize="medium")  # over the whole figure: a tall body is narrow
     figure.colorbar(body, ax=axes, label="major principal stress (MPa)", shrink=0.9, extend="both")
     save(figure, path)
 

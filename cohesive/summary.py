@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: planes of a band that depart more than this from the path make it stiffer than a discrete crack, degrees
 _DEPARTURE = 10.0
+#: part of the work that no energy accounts for, beyond which a curve is not to be trusted
+_UNBALANCED = 0.05
 
 
 def summary(result: Result) -> str:
@@ -66,6 +68,11 @@ def warnings(result: Result) -> list[str]:
     elif peak in (0, len(load) - 1):
         which = "first" if peak == 0 < len(load) - 1 else "last"
         found.append(f"warning: the largest load comes with the {which} step; the true peak may lie outside")
+    if result.energy_error > _UNBALANCED:
+        found.append(
+            f"warning: {100 * result.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
+            "crack has snapped"
+        )
     departure = _departure(result)
     if departure > _DEPARTURE:
         found.append(

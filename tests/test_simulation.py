@@ -15,6 +15,7 @@ from cohesive import NotConverged, Result, Scene, run
 from cohesive.model import default_width
 from cohesive.simulation import build
 from cohesive.solver import advance
+from cohesive.summary import warnings
 from meshing import MeshSizes, SingleCrack
 from tests.conftest import block
 
@@ -237,6 +238,12 @@ def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatc
         run(block(stage=[{"control": "driven", "to": -0.02, "steps": 8}]))
     driven = stopped.value.result.history["driven"]  # type: ignore[attr-defined]
     assert driven.max() < 0
+
+
+def test_work_that_is_not_accounted_for_is_a_warning() -> None:
+    result = run(block(stage=[{"control": "opening", "to": 0.2, "steps": 1}]))
+    assert result.energy_error > 0.05
+    assert any("% of the work are unaccounted for" in note for note in warnings(result))
 
 
 def test_load_control_up_and_down() -> None:
