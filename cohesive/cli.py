@@ -192,6 +192,9 @@ def _trade(options: argparse.Namespace) -> int:
         except NotConverged as error:
             print(f"cohesive: the reference did not converge: {error}", file=sys.stderr)
             return _STOPPED
+        except KeyboardInterrupt as error:
+            print(f"cohesive: {str(error) or 'interrupted'}; the table is written when all runs are done", file=sys.stderr)
+            return _INTERRUPTED
     try:
         found.save(folder)
     finally:

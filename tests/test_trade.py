@@ -156,3 +156,15 @@ def test_command_in_processes(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     out = capsys.readouterr().out
     assert "model discrete" in out and "cheapest for 5 %" in out
     assert all(float(row["memory_mb"]) > 50 for row in table(tmp_path) if not row["failure"])
+
+
+def test_an_interrupted_trade_says_that_there_is_no_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cohesive.trade.trade", interrupted)
+    assert main(["trade", "single-crack", "-o", str(tmp_path)]) == 130
+    assert "the table is written when all runs are done" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
