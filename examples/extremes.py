@@ -11,7 +11,7 @@ in the printed form, none in the mended one.
 
     python -m examples.extremes [-o DIR]
 
-About four minutes; extremes.csv has a line for each run.
+About five minutes on two cores; extremes.csv has a line for each run.
 """
 
 from __future__ import annotations
