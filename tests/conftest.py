@@ -30,3 +30,14 @@ def block(**changes: Any) -> Scene:
         "stage": [{"control": "opening", "to": 0.05, "steps": 8}],
     }
     return Scene(data).with_(**{key.replace("__", "."): value for key, value in changes.items()})
+
+
+#: a scene on a mesh of the user's; the file is not there
+OF_A_FILE: dict[str, Any] = {
+    "specimen": {
+        "kind": "mesh", "file": "a.msh", "thickness": 1.0, "crack": "c",
+        "supports": [{"at": "b", "direction": [0, 1]}], "drive": {"at": "t", "direction": [0, 1]},
+    },
+    "material": {"preset": "reinhardt"},
+    "stage": [{"control": "driven", "to": 0.1}],
+}  # fmt: skip

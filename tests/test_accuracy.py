@@ -15,6 +15,7 @@ from cohesive.curves import curve_of
 from cohesive.knobs import changes
 from cohesive.scene import dump_toml
 from cohesive.trade import Cost, Trade, Trial, errors
+from tests.conftest import OF_A_FILE
 
 BEAM = Scene.load("notched-beam")
 BARE = Scene({key: value for key, value in BEAM.data.items() if key != "reference"})
@@ -113,16 +114,8 @@ def test_settings_are_carried_over_as_the_knobs_say() -> None:
 
 
 def test_a_mesh_of_the_users_has_no_sizes(tmp_path: Path) -> None:
-    data = {
-        "specimen": {
-            "kind": "mesh", "file": "a.msh", "thickness": 1.0, "crack": "c",
-            "supports": [{"at": "b", "direction": [0, 1]}], "drive": {"at": "t", "direction": [0, 1]},
-        },
-        "material": {"preset": "reinhardt"},
-        "stage": [{"control": "driven", "to": 0.1}],
-    }  # fmt: skip
     with pytest.raises(SceneError, match="a mesh of your own has no sizes to choose"):
-        settings_for(Scene(data, tmp_path), 0.01)
+        settings_for(Scene(OF_A_FILE, tmp_path), 0.01)
 
 
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

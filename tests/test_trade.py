@@ -14,6 +14,7 @@ from cohesive import Scene, SceneError
 from cohesive.cli import main
 from cohesive.knobs import KNOBS, changes
 from cohesive.trade import Cost, Trade, Trial, _combined, trade
+from tests.conftest import OF_A_FILE
 
 CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
 
@@ -136,16 +137,8 @@ def table(folder: Path) -> list[dict[str, str]]:
 
 
 def test_a_mesh_file_has_no_sizes_to_turn(tmp_path: Path) -> None:
-    data = {
-        "specimen": {
-            "kind": "mesh", "file": "a.msh", "thickness": 1.0, "crack": "c",
-            "supports": [{"at": "b", "direction": [0, 1]}], "drive": {"at": "t", "direction": [0, 1]},
-        },
-        "material": {"preset": "reinhardt"},
-        "stage": [{"control": "driven", "to": 0.1}],
-    }  # fmt: skip
     with pytest.raises(SceneError, match=r"specimen.kind = 'mesh': a trade turns the sizes"):
-        trade(Scene(data, tmp_path))
+        trade(Scene(OF_A_FILE, tmp_path))
 
 
 def test_command_in_processes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
