@@ -67,14 +67,7 @@ def asperity_contact(law: CrackPlane, jump: Array, Z: Array) -> tuple[Array, Arr
     A = stiffness + k[:, :, None] * np.eye(2)
     T = k[:, :, None] * np.linalg.solve(A, stiffness)
     dZ = k * np.linalg.solve(A, t_Z[:, :, None])[:, :, 0]
-    if d == 2:  # (normal, |s|) to components: the shear ones lie along s
-        sign = np.where(along < 0, -1.0, 1.0)
-        traction, slope_Z = t.copy(), dZ
-        traction[:, 1:] *= sign
-        slope_Z[:, 1:] *= sign
-        T[:, 0, 1:] *= sign
-        T[:, 1:, 0] *= sign
-        return traction, T, slope_Z
+    # (normal, |s|) to components: the shear ones lie along s
     traction = np.column_stack([t[:, 0], t[:, 1:] * along])
     slope_Z = np.column_stack([dZ[:, 0], dZ[:, 1:] * along])
     # across s the traction turns with it

@@ -111,7 +111,8 @@ def _add_scene(parser: argparse.ArgumentParser, default: str) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    scene = Scene.load(options.scene).with_(**_assignments(options.set))
+    assigned = _assignments(options.set)
+    scene = Scene.load(options.scene).with_(**assigned)
     if options.model:
         scene = scene.with_(**{"model.kind": options.model})
     folder = Path(options.output or Path(options.scene).stem)
@@ -121,7 +122,7 @@ def _run(options: argparse.Namespace) -> int:
         from .accuracy import settings_for  # with multiprocessing, which a plain run need not load
 
         choice = settings_for(scene, options.accuracy, _trade_folder(options.scene) / "trade.csv")
-        if both := sorted(set(choice.changes) & set(_assignments(options.set))):
+        if both := sorted(set(choice.changes) & set(assigned)):
             raise SceneError(f"--set {both[0]}: --accuracy chooses it; expected one of the two")
         scene, notes = scene.with_(**choice.changes), [choice.text]
         print(choice.text, flush=True)
