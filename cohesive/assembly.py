@@ -157,6 +157,33 @@ class Unknowns:
         turns = n_free + np.arange(len(hinged))
         return cls(transform, turns, n_free + len(hinged) + np.arange(len(drives)), node)
 
+    def with_faces(self, nodes: Index, dimension: int) -> tuple[sp.csr_array, Index, sp.csr_array]:
+        """Displacements of a crack's faces in place of the unknowns that move them, so that the two sides know nothing of one
+        another.
+
+        Parameters
+        ----------
+        nodes : all copies of all split nodes, or none.
+
+        Returns
+        -------
+        transform : (d m, n') matrix, as the one of these unknowns; the displacements of the nodes come last
+        node : (n',) array, the node of each unknown
+        basis : (n', n) matrix that gives them: self.transform = transform @ basis
+        """
+        size, n = self.transform.shape
+        moves = np.isin(self.node, nodes)
+        moves[self.turns] = moves[self.drives] = False
+        kept = np.flatnonzero(~moves)
+        rows = (dimension * nodes[:, None] + np.arange(dimension)).ravel()
+        elsewhere = np.ones(size)
+        elsewhere[rows] = 0.0
+        faces = sp.csr_array((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(size, len(rows)))
+        others = sp.diags_array(elsewhere) @ self.transform[:, kept]
+        basis = sp.vstack([sp.eye_array(n, format="csr")[kept], self.transform[rows]], format="csr")
+        node = np.concatenate([self.node[kept], rows // dimension])
+        return sp.hstack([others, faces], format="csr"), node, basis
+
 
 def _with_axis(frame: Array, taken: Index, direction: Array) -> Array:
     """Frames (n, d, d) that keep their first `taken` axes and have the direction, at right angles to these, as their next

@@ -1,79 +1,95 @@
-"""Exact elimination of the elastic bulk: one sparse factorization gives the stiffness of the active unknowns."""
+"""Exact elimination of the elastic bulk by dense fronts: one factorization gives the stiffness of the active unknowns."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
+from scipy.linalg import blas, lapack
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: parts of about this many elements are not dissected further
-_LEAF = 8
+#: a pivot this small beside the stiffness it began with is rounding: the body can move without a force
+_SMALLEST_PIVOT = 1e-11
+
+NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
 
 
-def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Index:
-    """Elimination order of the nodes of a mesh, from the coordinates alone.
+@dataclass(frozen=True)
+class Fronts:
+    """What is eliminated with what, found from the pattern of a matrix alone.
 
-    Every part of the mesh is halved at the median of its element centres along its longest side; the nodes
-    that both halves share separate them and come after both. All parts of a level are halved at once.
+    Group by group the unknowns are eliminated; a group and the later unknowns that it is tied to, directly or through what
+    was eliminated before it, form its front, a small dense matrix.
 
-    Parameters
+    Attributes
     ----------
-    points : (m, d) array
-    cells : arrays (n, nodes per element), one for each block.
-    last : nodes that come after all others. Where they cut the mesh in two, these are the first two halves.
-
-    Returns
-    -------
-    order : (m,) array, the nodes in the order of elimination.
+    start : (g + 1,) array, first unknown of each group, and of those that stay, in the order of elimination
+    borders : for each group the later unknowns of its front, ascending
+    parents : for each group the one that takes up its front: that of its first later unknown; -1: those that stay
     """
-    m = len(points)
-    centres = np.concatenate([points[block].mean(axis=1) for block in cells])
-    node = np.concatenate([block.ravel() for block in cells])
-    element = np.repeat(np.arange(len(centres)), np.concatenate([np.full(len(b), b.shape[1]) for b in cells]))
-    by_node = np.argsort(node, kind="stable")
-    by_node = by_node[~np.isin(node[by_node], last)]
-    node, element = node[by_node], element[by_node]
 
-    levels = max(1, int(np.ceil(np.log2(len(centres) / _LEAF))))
-    depth = np.zeros(m, dtype=np.int64)  # of the part that a separator divides, the whole being `levels`
-    end = np.zeros(m, dtype=np.int64)  # where that part ends, counted in leaves
-    depth[last], end[last] = levels + 1, 1 << levels
-    links = sp.coo_array((np.ones(len(node)), (element, len(centres) + node)), shape=(len(centres) + m,) * 2)
-    part = connected_components(links, directed=False)[1][: len(centres)].astype(np.int64)
-    top = 1 if part.max() == 1 else 0
-    if not top:
-        part[:] = 0
-    grouped = np.argsort(part, kind="stable")  # the elements, part by part
-    for level in range(top, levels):
-        count = np.bincount(part, minlength=1 << level)
-        start = np.concatenate([[0], np.cumsum(count)[:-1]])
-        at, of = centres[grouped], part[grouped]
-        low = np.minimum.reduceat(at, start, axis=0)
-        extent = np.maximum.reduceat(at, start, axis=0) - low
-        axis = extent.argmax(axis=1)
-        place = np.arange(len(part))
-        along = (at[place, axis[of]] - low[of, axis[of]]) / (1.001 * extent[of, axis[of]] + 1e-300)  # below 1
-        grouped = grouped[np.argsort(of + along)]
-        part[grouped] = 2 * of + (place - start[of] >= count[of] // 2)
+    start: Index
+    borders: list[Index]
+    parents: list[int]
 
-        first = np.flatnonzero(np.r_[True, node[1:] != node[:-1]])
-        lowest = np.minimum.reduceat(part[element], first)
-        shared = lowest != np.maximum.reduceat(part[element], first)
-        separator = node[first][shared]
-        depth[separator] = levels - level
-        end[separator] = ((lowest[shared] >> 1) + 1) << (levels - level)
-        keep = np.repeat(~shared, np.diff(np.r_[first, len(node)]))
-        node, element = node[keep], element[keep]
-    end[node] = part[element] + 1
-    return np.lexsort((depth, end))
+    @classmethod
+    def of(cls, A: sp.csc_array, start: Index) -> Fronts:
+        """From a symmetric matrix in the order of elimination."""
+        group = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        borders: list[Index] = []
+        parents: list[int] = []
+        below: list[list[Index]] = [[] for _ in start[1:]]
+        for g, (a, b) in enumerate(zip(start[:-1].tolist(), start[1:].tolist(), strict=True)):
+            rows = A.indices[A.indptr[a] : A.indptr[b]]
+            border = np.unique(np.concatenate([rows[rows >= b], *(rest[np.searchsorted(rest, b) :] for rest in below[g])]))
+            below[g] = []
+            parent = int(group[border[0]]) if len(border) and border[0] < start[-1] else -1
+            if parent >= 0:
+                below[parent].append(border)
+            borders.append(border)
+            parents.append(parent)
+        return cls(start, borders, parents)
+
+    def cost(self) -> tuple[float, float]:
+        """Floating-point operations of the elimination, and numbers to keep for the way back."""
+        k, m = np.diff(self.start).astype(float), np.array([len(border) for border in self.borders], dtype=float)
+        return float((k**3 / 3 + k**2 * m + k * m**2).sum()), float((k**2 + k * m).sum())
+
+
+@dataclass(frozen=True)
+class _Eliminated:
+    """Rows of a triangular factor: pivots L and the rows below them."""
+
+    pivots: Array
+    below: Array
+
+    @classmethod
+    def from_front(cls, own: Array, below: Array, rest: Array) -> tuple[_Eliminated, Array]:
+        """Eliminate the first unknowns of a front [[own, .], [below, rest]], of which the lower triangle counts; the matrices
+        are used up.
+
+        Raises
+        ------
+        ValueError
+            If a pivot is not positive.
+        """
+        before = own.diagonal().copy()
+        pivots, info = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
+        if info or (pivots.diagonal() ** 2 < _SMALLEST_PIVOT * before).any():
+            raise ValueError(NOT_HELD)
+        if len(below):
+            below = blas.dtrsm(1.0, pivots, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+            rest = blas.dsyrk(-1.0, below, beta=1.0, c=rest, lower=1, overwrite_c=1)
+        return cls(pivots, below), rest
+
+    def solve(self, later: Array) -> Array:
+        """The eliminated unknowns from the later ones, no force acting on them."""
+        forces = -(later @ self.below)
+        return np.asarray(blas.dtrsv(self.pivots, forces, lower=1, trans=1)) if len(forces) else forces
 
 
 @dataclass(frozen=True)
@@ -83,67 +99,88 @@ class Condensed:
     Attributes
     ----------
     stiffness : (n, n) array, N/mm, the Schur complement of the passive unknowns.
-    active : (n,) array, numbers of the active unknowns among all.
     """
 
     stiffness: Array
-    active: Index
-    _factor: spla.SuperLU
-    _order: Index
-    _shift: float
+    _fronts: Fronts
+    _eliminated: list[_Eliminated]
+    _last: _Eliminated
+    _basis: sp.csr_array
+    _passive: Index
+    _active: Index
 
     @classmethod
-    def eliminate(cls, K: sp.csc_array, active: Index, node: Index, node_order: Index) -> Condensed:
-        """Eliminate all unknowns but `active`.
+    def eliminate(cls, K: sp.csc_array, fronts: Fronts, basis: sp.csr_array, active: Index) -> Condensed:
+        """Eliminate all groups, express what stays in other unknowns, and of these eliminate all but `active`.
 
         Parameters
         ----------
-        K : (N, N) sparse symmetric matrix, N/mm, positive definite on the passive unknowns.
-        active : (n,) array
-        node : (N,) array, the node of each unknown.
-        node_order : (m,) array, the nodes in the order of elimination, see `nested_dissection`.
+        K : (N, N) sparse symmetric matrix in the order of elimination, lower triangle, N/mm; positive definite on what is
+            eliminated.
+        fronts : of K
+        basis : (s, t) matrix, the s unknowns that stay from t others.
+        active : (n,) array, numbers among these t.
 
         Raises
         ------
         ValueError
             If the passive part is singular: the body is not supported.
         """
-        n = len(active)
-        rank = np.empty(len(node_order), dtype=np.int64)
-        rank[node_order] = np.arange(len(rank))
-        key = rank[node]
-        key[active] = len(rank)
-        order = np.argsort(key, kind="stable")
-        order[len(order) - n :] = active
-        A = K[order][:, order].tocsc()
-        # The active block is shifted so that the factorization never pivots there, whatever its own rank.
-        shift = float(A.diagonal().max())
-        last = np.arange(len(order) - n, len(order))
-        A = (A + sp.csc_array((np.full(n, shift), (last, last)), shape=A.shape)).tocsc()
-        not_held = "the body is not held: its stiffness is singular. Expected supports against every motion"
-        try:
-            factor = spla.splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True, "Equil": False})
-        except RuntimeError:
-            raise ValueError(not_held) from None
-        # rounding hides a zero pivot; then a known motion is not found from its forces
-        motion = np.random.default_rng(0).normal(size=len(order))
-        if not np.linalg.norm(factor.solve(A @ motion) - motion) < 1e-3 * np.linalg.norm(motion):
-            raise ValueError(not_held)
-        # SuperLU postorders the columns; the active ones stay last, in an order of their own
-        place = factor.perm_c[last] - last[0] if n else last
-        if (place < 0).any() or not np.array_equal(factor.perm_c, factor.perm_r):
-            raise RuntimeError("the factorization moved the active unknowns")
-        tail_L = factor.L[last[0] :, last[0] :].toarray() if n else np.zeros((0, 0))
-        tail_U = factor.U[last[0] :, last[0] :].toarray() if n else np.zeros((0, 0))
-        S = (tail_L @ tail_U)[np.ix_(place, place)]
-        S[range(n), range(n)] -= shift
-        return cls(0.5 * (S + S.T), active, factor, order, shift)
+        eliminated, stays = _eliminate(K, fronts)
+        half = np.asarray(basis.T @ _symmetric(stays))
+        del stays
+        whole = np.asarray(basis.T @ half.T)
+        del half
+        passive = np.setdiff1d(np.arange(basis.shape[1]), active)
+        blocks = [np.asfortranarray(whole[np.ix_(i, j)]) for i, j in ((passive, passive), (active, passive), (active, active))]
+        del whole
+        last, stiffness = _Eliminated.from_front(*blocks)
+        return cls(_symmetric(stiffness), fronts, eliminated, last, basis, passive, active)
 
     def recover(self, v: Array) -> Array:
-        """All unknowns (N,) from the active ones (n,), no force acting on the passive ones."""
-        load = np.zeros(len(self._order))
-        # with this load on the shifted active block, its solution is v itself
-        load[len(load) - len(v) :] = self.stiffness @ v + self._shift * v
-        result = np.empty_like(load)
-        result[self._order] = self._factor.solve(load)
+        """All N unknowns in the order of elimination from the active ones (n,), no force acting on the others."""
+        others = np.empty(self._basis.shape[1])
+        others[self._active], others[self._passive] = v, self._last.solve(v)
+        start = self._fronts.start
+        result = np.append(np.empty(start[-1]), self._basis @ others)
+        for g in range(len(self._eliminated) - 1, -1, -1):
+            result[start[g] : start[g + 1]] = self._eliminated[g].solve(result[self._fronts.borders[g]])
         return result
+
+
+def _eliminate(K: sp.csc_array, fronts: Fronts) -> tuple[list[_Eliminated], Array]:
+    """Eliminate group by group; and the lower triangle of what stays."""
+    first = int(fronts.start[-1])
+    stays = K[first:, first:].toarray(order="F")
+    waiting: list[list[tuple[Index, Array]]] = [[] for _ in fronts.borders]
+    eliminated = []
+    for g, (border, parent) in enumerate(zip(fronts.borders, fronts.parents, strict=True)):
+        a, b = int(fronts.start[g]), int(fronts.start[g + 1])
+        own = np.zeros((b - a, b - a), order="F")
+        below = np.zeros((len(border), b - a), order="F")
+        rest = np.zeros((len(border), len(border)), order="F")
+        entries = slice(K.indptr[a], K.indptr[b])
+        rows, values = K.indices[entries], K.data[entries]
+        columns = np.repeat(np.arange(b - a), np.diff(K.indptr[a : b + 1]))
+        inner = rows < b
+        own[rows[inner] - a, columns[inner]] = values[inner]
+        below[np.searchsorted(border, rows[~inner]), columns[~inner]] = values[~inner]
+        for unknowns, part in waiting[g]:
+            cut = int(np.searchsorted(unknowns, b))
+            at, beyond = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
+            own[at[:, None], at] += part[:cut, :cut]
+            below[beyond[:, None], at] += part[cut:, :cut]
+            rest[beyond[:, None], beyond] += part[cut:, cut:]
+        waiting[g] = []
+        done, rest = _Eliminated.from_front(own, below, rest)
+        eliminated.append(done)
+        if parent >= 0:
+            waiting[parent].append((border, rest))
+        elif len(border):
+            stays[(border - first)[:, None], border - first] += rest
+    return eliminated, stays
+
+
+def _symmetric(lower: Array) -> Array:
+    """A matrix from its lower triangle."""
+    return np.tril(lower) + np.tril(lower, -1).T

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
+from scipy.linalg import lapack
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
 Free: TypeAlias = sp.csr_array | None
+Solve: TypeAlias = Callable[[Array], Array]
+
+#: relative residual of a system solved with an older factorization: Newton's method still gains six digits in an iteration
+_INEXACT = 1e-6
+#: below so many iterations of GMRES the factorization is cheap
+_FEWEST = 8
+#: of a dense matrix the rows for each of these iterations, at its half
+_DENSE_WORTH = 100
 
 
 class NotConverged(RuntimeError):
@@ -42,65 +52,133 @@ class Stiffness(Protocol):
         """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last], within v = free @ y if given."""
 
 
+@dataclass
+class _Older:
+    """A factorization of an earlier iteration; `unit` gives rows of forces and that of the control one magnitude."""
+
+    unit: float = 0.0
+    size: int = 0
+    solve: Solve | None = None
+
+
 @dataclass(frozen=True)
-class DenseStiffness:
+class _Bordered(ABC):
+    """A stiffness whose last factorization serves as a preconditioner for as long as that is cheaper than another one.
+
+    From one iteration to the next the tangent changes where damage grows or faces meet, and GMRES takes about as many
+    iterations as there are such places.
+    """
+
+    matrix: Any
+    _older: _Older = field(default_factory=_Older, compare=False, kw_only=True)
+
+    def apply(self, v: Array) -> Array:
+        return np.asarray(self.matrix @ v)
+
+    @cached_property
+    def scale(self) -> float:
+        return float(abs(self.matrix).sum(axis=1).max())
+
+    @abstractmethod
+    def _worth(self) -> int:
+        """Iterations of GMRES at the price of half a factorization."""
+
+    @abstractmethod
+    def _factor(self, crack: sp.csr_array, load: Array, row: Array, corner: float, free: Free) -> Solve:
+        """Factor the bordered system."""
+
+    def solve(
+        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+    ) -> Array:
+        tangent = sp.csr_array((crack[2], crack[:2]), shape=(len(right),) * 2)
+        if free is not None:
+            load, row, right = free.T @ load, free.T @ row, free.T @ right
+        self._older.unit = unit = self._older.unit or float(abs(self.matrix.diagonal() + tangent.diagonal()).max())
+        row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
+
+        def bordered(x: Array) -> Array:
+            v = x[:-1] if free is None else free @ x[:-1]
+            force = self.apply(v) + tangent @ v
+            return np.append((force if free is None else free.T @ force) - x[-1] * load, row @ x[:-1] + corner * x[-1])
+
+        x = self._iterate(bordered, right)
+        if x is None:
+            self._older.solve = None  # first, so that there is no need for room for two
+            self._older.size, self._older.solve = len(right), self._factor(tangent, load, row, corner, free)
+            x = self._older.solve(right)
+        return x if free is None else np.append(free @ x[:-1], x[-1])
+
+    def _iterate(self, bordered: Solve, right: Array) -> Array | None:
+        """The solution by means of the older factorization; None where that is not worth while."""
+        size, most = len(right), self._worth()
+        if self._older.solve is None or self._older.size != size or most < _FEWEST:
+            return None
+        system, older = (spla.LinearOperator((size, size), f, dtype=float) for f in (bordered, self._older.solve))
+        x, failed = spla.gmres(system, right, rtol=_INEXACT, restart=most, maxiter=1, M=older)
+        return None if failed else np.asarray(x)
+
+
+@dataclass(frozen=True)
+class DenseStiffness(_Bordered):
     """A condensed stiffness, (n, n)."""
 
     matrix: Array
 
-    def apply(self, v: Array) -> Array:
-        return np.asarray(self.matrix @ v)
+    def _worth(self) -> int:
+        return len(self.matrix) // _DENSE_WORTH
 
-    @cached_property
-    def scale(self) -> float:
-        return float(abs(self.matrix).sum(axis=1).max())
-
-    def solve(
-        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
-    ) -> Array:
-        n = len(right)
+    def _factor(self, crack: sp.csr_array, load: Array, row: Array, corner: float, free: Free) -> Solve:
+        n = len(load)
         A = np.empty((n + 1, n + 1), order="F")
-        A[:n, :n] = self.matrix
-        np.add.at(A, crack[:2], crack[2])
-        if free is not None:
-            inner = free.T @ (free.T @ A[:n, :n].T).T
-            load, row, right, n = free.T @ load, free.T @ row, free.T @ right, free.shape[1]
-            A = np.empty((n + 1, n + 1), order="F")
-            A[:n, :n] = inner
-        unit = abs(self.matrix[range(n), range(n)]).max()  # rows of one magnitude, for the pivoting
-        A[:n, n], A[n, :n], A[n, n] = -load, unit * row, unit * corner
-        lu, pivots, info = scipy.linalg.lapack.dgetrf(A, overwrite_a=True)
+        if free is None:
+            A[:n, :n] = self.matrix
+            add = crack.tocoo()
+            A[add.row, add.col] += add.data
+        else:
+            inner = self.matrix + crack.toarray()
+            A[:n, :n] = free.T @ (free.T @ inner.T).T
+        A[:n, n], A[n, :n], A[n, n] = -load, row, corner
+        lu, pivots, info = lapack.dgetrf(A, overwrite_a=True)
         if info:
             raise NotConverged("the tangent stiffness is singular")
-        result = np.asarray(scipy.linalg.lapack.dgetrs(lu, pivots, np.append(right, unit * last))[0])
-        return result if free is None else np.append(free @ result[:-1], result[-1])
+        return lambda right: np.asarray(lapack.dgetrs(lu, pivots, right)[0])
 
 
 @dataclass(frozen=True)
-class SparseStiffness:
-    """The stiffness of all unknowns, factored together with the crack in every iteration."""
+class SparseStiffness(_Bordered):
+    """The stiffness of all unknowns.
+
+    Attributes
+    ----------
+    matrix : (n, n)
+    order : (n,) array, the unknowns in an order that keeps factors sparse, the drives last.
+    worth : iterations of GMRES at the price of half a factorization
+    """
 
     matrix: sp.csc_array
+    order: Index
+    worth: int
 
-    def apply(self, v: Array) -> Array:
-        return np.asarray(self.matrix @ v)
+    def _worth(self) -> int:
+        return self.worth
 
-    @cached_property
-    def scale(self) -> float:
-        return float(abs(self.matrix).sum(axis=1).max())
-
-    def solve(
-        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
-    ) -> Array:
-        rows, columns, values = crack
-        A = (self.matrix + sp.coo_array((values, (rows, columns)), shape=self.matrix.shape)).tocsc()
-        if free is not None:
-            A, load, row, right = (free.T @ A @ free).tocsc(), free.T @ load, free.T @ row, free.T @ right
+    def _factor(self, crack: sp.csr_array, load: Array, row: Array, corner: float, free: Free) -> Solve:
+        A = self.matrix + crack
+        order = self.order[: len(load)]
+        if free is not None:  # the free motions are numbered alike, but for the drives
+            A = free.T @ A @ free
+        A = sp.csc_array(A)[order][:, order]
         try:
-            factor = spla.splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            factor = spla.splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:
             raise NotConverged("the tangent stiffness is singular") from None
-        both = factor.solve(np.stack([right, load], axis=1))
-        change = (last - row @ both[:, 0]) / (row @ both[:, 1] + corner)
-        step = both[:, 0] + change * both[:, 1]
-        return np.append(step if free is None else free @ step, change)
+        place = np.argsort(order)
+        moved = factor.solve(load[order])[place]
+        slope = float(row @ moved) + corner
+
+        def solve(right: Array) -> Array:
+            v = factor.solve(right[:-1][order])[place]
+            change = (right[-1] - row @ v) / slope
+            return np.append(v + change * moved, change)
+
+        return solve

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import meshio
@@ -23,6 +23,7 @@ from .planes import frames as frames_of
 from .planes import major_strain, stress_transformation
 from .pointlaw import PointLaw
 from .problem import Problem, State
+from .reduction import Reduced
 from .scene import Scene, SceneError
 from .shapes import Rule, gauss_cube
 
@@ -132,10 +133,9 @@ class Model:
     blocks : the elastic elements
     band : the elements that may crack, in the smeared model
     cracks : CrackPart
-    problem : Problem on the active unknowns (all of them, where nothing is condensed)
-    recover : displacements of the mesh nodes, (m, d), from the unknowns of `problem`
-    total_dofs, active_dofs : numbers of unknowns
-    reduction : "condensed" or "none"
+    problem : Problem on the reduced unknowns
+    reduced : Reduced
+    total_dofs : number of all unknowns
     timings : seconds, "mesh", "assemble" and "condense"
     """
 
@@ -144,15 +144,18 @@ class Model:
     band: list[ElasticBlock]
     cracks: CrackPart
     problem: Problem
-    recover: Callable[[Array], Array]
+    reduced: Reduced
     total_dofs: int
-    active_dofs: int
-    reduction: str
     timings: dict[str, float]
 
     @property
     def is_smeared(self) -> bool:
         return bool(self.band)
+
+    @property
+    def active_dofs(self) -> int:
+        """Number of unknowns that Newton's method works on."""
+        return len(self.reduced.unknowns)
 
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""

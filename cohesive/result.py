@@ -257,7 +257,7 @@ class Result:
     def frame(self, row: int) -> Frame:
         """Fields of a row of the history (0 is the first), recovered from the unknowns."""
         state, model = self._states[row], self.model
-        displacement = model.recover(state.v)
+        displacement = model.reduced.recover(state.v)
         stress = [block.stress(displacement) for block in model.blocks]
         stress += model.cracks.cell_stresses(state, [len(block.cells) for block in model.band])
         return Frame(int(self.history["step"][row]), displacement, stress, model.cracks.cell_values(state))
@@ -363,7 +363,7 @@ class Result:
             "energy_error": self.energy_error,
             "model": self.scene.model.kind,
             "width": self.model.cracks.width,
-            "reduction": self.model.reduction,
+            "reduction": self.model.reduced.kind,
             "total_dofs": self.total_dofs,
             "active_dofs": self.active_dofs,
             "steps": len(self._states),

@@ -14,24 +14,21 @@ from numpy.typing import NDArray
 
 from meshing import MeshError, Specimen, read_band_mesh, read_mesh
 
-from .assembly import Points, Unknowns, bulk_stiffness
-from .condensation import Condensed, nested_dissection
+from .assembly import Points, Unknowns
 from .continuum import BAND_COLUMNS, ElasticBlock, ElementError, elasticity
 from .fixtures import gauge, ties
-from .linear import DenseStiffness, NotConverged, SparseStiffness, Stiffness
+from .linear import NotConverged
 from .loading import March, Step
 from .model import Model, band_note, band_part, depth, interface_part, is_row
 from .options import UserMesh
 from .problem import Problem, State
+from .reduction import Body, reduce
 from .reference import load_reference
 from .result import HistoryWriter, Result
 from .scene import Scene, SceneError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-#: above this number of active unknowns a dense matrix is not worth its memory (0.8 GB)
-_LARGEST_DENSE = 10_000
 
 
 def build(scene: Scene) -> Model:
@@ -61,18 +58,13 @@ def build(scene: Scene) -> Model:
     elastic, cracking = _blocks(scene, mesh, points, D)
     original: Index = mesh.point_data["original"]
     leader = np.arange(len(original))
-    if smeared:
-        last = np.unique(np.concatenate([block.cells.ravel() for block in cracking]))
-    else:
+    if not smeared:
         on_crack = np.isin(original, original[mesh.cells[-1].data])
-        leader, last = np.where(on_crack, original, leader), np.flatnonzero(on_crack)
+        leader = np.where(on_crack, original, leader)
     try:
         cracks = band_part(scene, mesh, cracking) if smeared else interface_part(scene, mesh)
         supports, drives, mirror = ties(scene, mesh)
         unknowns = Unknowns.build(leader, supports, drives, mirror)
-        K = bulk_stiffness(elastic, unknowns.transform)
-        if scene.model.half:
-            K *= 2.0  # load and energies are those of the whole
     except ElementError as error:
         raise MeshError(str(error)) from None
     except SceneError:
@@ -84,44 +76,30 @@ def build(scene: Scene) -> Model:
     timings["assemble"] = time.perf_counter() - clock
 
     clock = time.perf_counter()
-    seen = np.zeros(K.shape[0], dtype=bool)
+    seen = np.zeros(unknowns.transform.shape[1], dtype=bool)
     seen[operator.indices] = True
     seen[unknowns.drives] = seen[unknowns.turns] = True  # each sees a whole face
     for row in measures.values():
         seen |= abs(row) > 1e-12
     active = np.flatnonzero(seen)
-    reduction = scene.solver.reduction
-    if reduction == "auto":
-        reduction = "condensed" if _dense_is_cheaper(len(active), K.shape[0], points.shape[1]) else "none"
-    if not elastic:  # nothing to condense
-        reduction = "none"
-    stiffness: Stiffness
-    if reduction == "condensed":
-        try:
-            order = nested_dissection(points, [leader[block.cells] for block in elastic], last)
-            condensed = Condensed.eliminate(K, active, unknowns.node, order)
-        except ValueError as error:
-            raise SceneError(f"specimen: {error}") from None
-        stiffness = DenseStiffness(condensed.stiffness)
-        number = np.full(K.shape[0], -1)
-        number[active] = np.arange(len(active))
-        operator = operator[:, active].tocsr()
-        measures = {name: row[active] for name, row in measures.items()}
-        drives_at = number[unknowns.drives]
-
-        def recover(v: Array) -> Array:
-            return np.asarray(unknowns.transform @ condensed.recover(v)).reshape(points.shape)
-    else:
-        stiffness, drives_at = SparseStiffness(K), unknowns.drives
-
-        def recover(v: Array) -> Array:
-            return np.asarray(unknowns.transform @ v).reshape(points.shape)
-
+    # of a half, load and energies are those of the whole
+    body = Body(points, elastic, cracking, leader, unknowns, operator, active, 2.0 if scene.model.half else 1.0)
+    try:
+        reduced = reduce(body, scene.solver.reduction)
+    except ElementError as error:
+        raise MeshError(str(error)) from None
+    except ValueError as error:
+        raise SceneError(f"specimen: {error}") from None
+    number = np.full(len(seen), -1)
+    number[reduced.unknowns] = np.arange(len(reduced.unknowns))
+    operator = operator[:, reduced.unknowns].tocsr()
+    measures = {name: row[reduced.unknowns] for name, row in measures.items()}
+    drives_at = number[unknowns.drives]
     timings["condense"] = time.perf_counter() - clock
     problem = Problem(
         cracks.law,
         Points.build(operator, cracks.weights, cracks.where),
-        stiffness,
+        reduced.stiffness,
         drives_at,
         np.eye(len(drives_at))[0],
         cracks.area or extent * (scene.specimen.thickness or extent),  # without one, its order
@@ -132,8 +110,7 @@ def build(scene: Scene) -> Model:
     )
     if not problem.is_held():
         raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
-    n_active = len(measures["opening"])
-    return Model(mesh, elastic, cracking, cracks, problem, recover, K.shape[0], n_active, reduction, timings)
+    return Model(mesh, elastic, cracking, cracks, problem, reduced, len(seen), timings)
 
 
 def run(
@@ -287,10 +264,3 @@ def _clean(operator: sp.csr_array) -> sp.csr_array:
     operator.data[abs(operator.data) < 1e-12] = 0.0
     operator.eliminate_zeros()
     return operator
-
-
-def _dense_is_cheaper(active: int, total: int, dimension: int) -> bool:
-    """Compare the cost of an iteration: dense LU, n^3 / 1.5 operations, against a sparse factorization, about 12 N^1.5
-    operations in the plane and 60 N^2 in space, at a tenth of the speed."""
-    sparse = 12.0 * total**1.5 if dimension == 2 else 60.0 * total**2.0
-    return active < _LARGEST_DENSE and active**3 / 1.5 < 10.0 * sparse

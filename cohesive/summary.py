@@ -104,7 +104,8 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
     return (
         f"modelled: {whole}{bulk}{cracks}, {_space(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
-        + (", the rest eliminated once" if model.reduction == "condensed" else ", nothing condensed"),
+        + (", the rest eliminated once" if model.reduced.kind == "condensed" else ", nothing condensed")
+        + (f" ({model.reduced.why})" if model.reduced.why else ""),
         f"left out: {left_out}crushing, time, temperature, large rotations",
     )
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import cohesive.plots
+import cohesive.reduction
 import cohesive.result
 import cohesive.simulation
 import cohesive.solver
@@ -28,7 +29,7 @@ QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set",
 #: where a run is when the signal comes: module, function, and which call of it
 PLACES = {
     "meshing": (meshing.plane, "generate", 1),
-    "condensation": (cohesive.simulation, "nested_dissection", 1),
+    "condensation": (cohesive.reduction, "nested_dissection", 1),
     "the first step": (cohesive.solver, "_newton", 1),
     "Newton": (cohesive.solver, "_newton", 8),
     "the pictures": (cohesive.plots, "save_deformed", 1),
@@ -111,7 +112,7 @@ def test_a_signal_ends_a_run_and_keeps_its_history(
     [
         ((meshing.plane, "generate", 1), False, False),
         ((cohesive.solver, "_newton", 8), True, False),
-        ((cohesive.simulation, "nested_dissection", 2), True, False),  # the second model, before its first step
+        ((cohesive.reduction, "nested_dissection", 2), True, False),  # the second model, before its first step
         ((cohesive.solver, "_newton", 30), True, True),
     ],
 )

@@ -113,8 +113,8 @@ def test_a_slanted_crack_anywhere() -> None:
     )  # fmt: skip
     result = run(scene)
     assert result.model.cracks.area == pytest.approx(100 / np.cos(np.radians(20)) * 50 / np.cos(np.radians(15)), rel=0.02)
-    assert result.model.reduction == "none" and result.dissipated_energy > 0
-    assert run(scene.with_(**{"solver.reduction": "condensed", "stage.0.steps": 1})).model.reduction == "none"
+    assert result.model.reduced.kind == "none" and result.dissipated_energy > 0
+    assert run(scene.with_(**{"solver.reduction": "condensed", "stage.0.steps": 1})).model.reduced.kind == "none"
 
 
 QUICK = ["--set", "mesh.crack_size=3.0", "--set", "mesh.layers=2", "--set", "stage.0.steps=6"]
@@ -156,7 +156,8 @@ def test_files_of_a_comparison_in_space(tmp_path: Path, capsys: pytest.CaptureFi
 def test_profiles_are_means_over_the_thickness() -> None:
     both, flat = compare(beam("notched-beam-3d", "strain")), compare(beam("notched-beam", "strain"))
     for (title, here), (same, there) in zip(both.profiles(), flat.profiles(), strict=True):
-        assert title == same
+        # the opening in three digits, which a rounding error may round either way
+        assert float(title.split()[1]) == pytest.approx(float(same.split()[1]), abs=1.1e-3)
         for model in ("discrete", "smeared"):
             (s, opening), (at, expected) = here[model], there[model]
             assert (np.diff(s) > 0).all()
