@@ -20,7 +20,7 @@ Entries = tuple[Index, Index, Array]
 Free: TypeAlias = sp.csr_array | None
 Solve: TypeAlias = Callable[[Array], Array]
 
-#: relative residual of a system solved with an older factorization: Newton's method still gains six digits in an iteration
+#: residual of a step that an older factorization gave, relative to its forces: Newton's method still gains six digits
 _INEXACT = 1e-6
 #: below so many iterations of GMRES the factorization is cheap
 _FEWEST = 8
@@ -54,9 +54,8 @@ class Stiffness(Protocol):
 
 @dataclass
 class _Older:
-    """A factorization of an earlier iteration; `unit` gives rows of forces and that of the control one magnitude."""
+    """A factorization of an earlier iteration."""
 
-    unit: float = 0.0
     size: int = 0
     solve: Solve | None = None
 
@@ -93,29 +92,42 @@ class _Bordered(ABC):
         tangent = sp.csr_array((crack[2], crack[:2]), shape=(len(right),) * 2)
         if free is not None:
             load, row, right = free.T @ load, free.T @ row, free.T @ right
-        self._older.unit = unit = self._older.unit or float(abs(self.matrix.diagonal() + tangent.diagonal()).max())
+        # the control in forces, too
+        size = float(np.linalg.norm(row))
+        unit = float(abs(self.matrix.diagonal() + tangent.diagonal()).max()) / size if size else 1.0
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
 
-        def bordered(x: Array) -> Array:
+        def forces(x: Array) -> Array:
             v = x[:-1] if free is None else free @ x[:-1]
             force = self.apply(v) + tangent @ v
-            return np.append((force if free is None else free.T @ force) - x[-1] * load, row @ x[:-1] + corner * x[-1])
+            return np.asarray(force if free is None else free.T @ force)
 
-        x = self._iterate(bordered, right)
+        def bordered(x: Array) -> Array:
+            return np.append(forces(x) - x[-1] * load, row @ x[:-1] + corner * x[-1])
+
+        x = self._iterate(forces, bordered, right)
         if x is None:
             self._older.solve = None  # first, so that there is no need for room for two
             self._older.size, self._older.solve = len(right), self._factor(tangent, load, row, corner, free)
             x = self._older.solve(right)
         return x if free is None else np.append(free @ x[:-1], x[-1])
 
-    def _iterate(self, bordered: Solve, right: Array) -> Array | None:
+    def _iterate(self, forces: Solve, bordered: Solve, right: Array) -> Array | None:
         """The solution by means of the older factorization; None where that is not worth while."""
-        size, most = len(right), self._worth()
-        if self._older.solve is None or self._older.size != size or most < _FEWEST:
+        n, most, older = len(right), self._worth(), self._older.solve
+        if older is None or self._older.size != n or most < _FEWEST:
             return None
-        system, older = (spla.LinearOperator((size, size), f, dtype=float) for f in (bordered, self._older.solve))
-        x, failed = spla.gmres(system, right, rtol=_INEXACT, restart=most, maxiter=1, M=older)
-        return None if failed else np.asarray(x)
+        x = older(right)
+        left = right - bordered(x)
+        enough = _INEXACT * max(float(np.linalg.norm(right[:-1])), float(np.linalg.norm(forces(x))))
+        if not np.linalg.norm(left) <= enough:
+            # preconditioned from the right, so that the residual is that of the system
+            system = spla.LinearOperator((n, n), lambda y: bordered(older(y)), dtype=float)
+            y, failed = spla.gmres(system, left, rtol=0.0, atol=enough, restart=most, maxiter=1)
+            if failed:
+                return None
+            x += older(y)
+        return x
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ _DENSE, _SPARSE = 8.0, 12.0
 #: part of the machine's memory that matrices may take
 _SHARE = 0.6
 #: operations for each number of a sparse factor at whose ratio an iteration of GMRES takes half of a factorization
-_OPERATIONS_PER_NUMBER = 10.0
+_OPERATIONS_PER_NUMBER = 25.0
 
 
 @dataclass(frozen=True)
