@@ -199,10 +199,10 @@ def _with_axis(frame: Array, taken: Index, direction: Array) -> Array:
     return frame
 
 
-def bulk_stiffness(blocks: Sequence[ElasticBlock], transform: sp.csr_array) -> sp.csc_array:
-    """Stiffness of the elastic bulk in the solver's unknowns, N/mm."""
+def bulk_stiffness(blocks: Sequence[ElasticBlock], size: int) -> sp.csr_array:
+    """Stiffness of the elastic bulk for the displacements of all nodes, (size, size), N/mm."""
     if not blocks:
-        return sp.csc_array((transform.shape[1],) * 2)
+        return sp.csr_array((size, size))
     rows, columns, values = [], [], []
     for block in blocks:
         dofs = block.dofs().astype(np.int32)
@@ -210,10 +210,8 @@ def bulk_stiffness(blocks: Sequence[ElasticBlock], transform: sp.csr_array) -> s
         rows.append(np.broadcast_to(dofs[:, :, None], K.shape).ravel())
         columns.append(np.broadcast_to(dofs[:, None, :], K.shape).ravel())
         values.append(K.ravel())
-    K = sp.coo_array(
-        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(transform.shape[0],) * 2
-    ).tocsr()
-    return (transform.T @ K @ transform).tocsc()
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return sp.coo_array(entries, shape=(size, size)).tocsr()
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ _INEXACT = 1e-6
 #: below so many iterations of GMRES the factorization is cheap
 _FEWEST = 8
 #: of a dense matrix the rows for each of these iterations, at its half
-_DENSE_WORTH = 100
+_DENSE_WORTH = 130
 
 
 class NotConverged(RuntimeError):

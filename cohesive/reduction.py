@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from .assembly import Unknowns, bulk_stiffness
+from .assembly import Unknowns
 from .condensation import Condensed, Fronts
 from .continuum import ElasticBlock
 from .dissection import nested_dissection
@@ -41,7 +41,7 @@ class Body:
     unknowns : Unknowns
     operator : (c p, n) matrix, the deformations of the cracks from the unknowns
     active : numbers of the unknowns that cracks, drives and measures see
-    copies : of this body that its stiffness stands for
+    stiffness : (d m, d m) matrix of the bulk for the displacements, N/mm
     """
 
     points: Array
@@ -51,7 +51,7 @@ class Body:
     unknowns: Unknowns
     operator: sp.csr_array
     active: Index
-    copies: float = 1.0
+    stiffness: sp.csr_array
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class _Part:
         seen[body.active] = 1.0
         group[(basis @ seen != 0) | (np.arange(len(node)) >= len(node) - d * len(faces))] = m
         order, start = _grouped(group)
-        K = _lower(body.copies * bulk_stiffness(body.bulk, transform), order)
+        K = _lower((transform.T @ body.stiffness @ transform).tocsc(), order)
         stay = order[start[-1] :]
         columns = np.unique(np.append(basis[stay].indices, body.active))
         return cls(
@@ -175,7 +175,7 @@ class _Whole:
         group = nested_dissection(body.points, cells, np.zeros(0, dtype=np.int64))[unknowns.node]
         group[unknowns.turns], group[unknowns.drives] = len(body.points), len(body.points) + 1
         order, start = _grouped(group)
-        K = body.copies * bulk_stiffness(body.bulk, unknowns.transform)
+        K = (unknowns.transform.T @ body.stiffness @ unknowns.transform).tocsc()
         sees = abs(body.operator)
         fronts = Fronts.of(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
         return cls(K, fronts, order, unknowns.transform, body.points.shape)

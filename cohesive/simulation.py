@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from meshing import MeshError, Specimen, read_band_mesh, read_mesh
 
-from .assembly import Points, Unknowns
+from .assembly import Points, Unknowns, bulk_stiffness
 from .continuum import BAND_COLUMNS, ElasticBlock, ElementError, elasticity
 from .fixtures import gauge, ties
 from .linear import NotConverged
@@ -65,6 +65,9 @@ def build(scene: Scene) -> Model:
         cracks = band_part(scene, mesh, cracking) if smeared else interface_part(scene, mesh)
         supports, drives, mirror = ties(scene, mesh)
         unknowns = Unknowns.build(leader, supports, drives, mirror)
+        K = bulk_stiffness(elastic, points.size)
+        if scene.model.half:
+            K *= 2.0  # load and energies are those of the whole
     except ElementError as error:
         raise MeshError(str(error)) from None
     except SceneError:
@@ -82,12 +85,9 @@ def build(scene: Scene) -> Model:
     for row in measures.values():
         seen |= abs(row) > 1e-12
     active = np.flatnonzero(seen)
-    # of a half, load and energies are those of the whole
-    body = Body(points, elastic, cracking, leader, unknowns, operator, active, 2.0 if scene.model.half else 1.0)
+    body = Body(points, elastic, cracking, leader, unknowns, operator, active, K)
     try:
         reduced = reduce(body, scene.solver.reduction)
-    except ElementError as error:
-        raise MeshError(str(error)) from None
     except ValueError as error:
         raise SceneError(f"specimen: {error}") from None
     number = np.full(len(seen), -1)

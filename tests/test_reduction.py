@@ -32,7 +32,7 @@ def _box_to_condense(held: bool) -> tuple[sp.csc_array, Fronts, np.ndarray, np.n
     solid = box("hexahedron", (7, 5, 4), (7.0, 5.0, 4.0))
     n = solid.points.size
     block = ElasticBlock(solid.kind, solid.points, solid.cells, elasticity(3e4, 0.2, None))
-    K = bulk_stiffness([block], sp.eye_array(n, format="csr"))
+    K = bulk_stiffness([block], n).tocsc()
     if held:
         K = K + 1e3 * sp.eye_array(n, format="csc")
     else:

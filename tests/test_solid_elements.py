@@ -46,7 +46,7 @@ def strain_tensor(strain: Array) -> Array:
 
 def solve(block: ElasticBlock, exact: Array) -> Array:
     """Displacements (m, 3) with the nodes on the sides of the box held at `exact`."""
-    K = bulk_stiffness([block], sp.eye_array(block.points.size, format="csr"))
+    K = bulk_stiffness([block], block.points.size).tocsc()
     low, high = block.points.min(axis=0), block.points.max(axis=0)
     on_side = ((block.points < low + 1e-9) | (block.points > high - 1e-9)).any(axis=1)
     free = np.flatnonzero(np.repeat(~on_side, 3))
@@ -264,7 +264,7 @@ def oscillation(name: str, quadrature: str) -> float:
     crack = solid.crack[solid.points[solid.crack].mean(axis=1)[:, 0] > length / 2]
     interface = Interface.from_cells(solid.crack_kind, solid.points, crack, quadrature=quadrature)
     J, k = interface.jump_operator, np.array([30e3, 12.5e3, 12.5e3]) / width
-    K = bulk_stiffness([block_of(solid)], sp.eye_array(solid.points.size, format="csr"))
+    K = bulk_stiffness([block_of(solid)], solid.points.size).tocsc()
     K = (K + J.T @ sp.diags_array((interface.weights[:, None] * k).ravel()) @ J).tocsc()
     held = np.column_stack(
         [solid.points[:, 2] == 0] * 2 + [(solid.points[:, 2] == 0) | (solid.points[:, 2] == length)]
