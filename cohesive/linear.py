@@ -58,6 +58,7 @@ class _Older:
 
     size: int = 0
     solve: Solve | None = None
+    made: int = 0
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,11 @@ class _Bordered(ABC):
     @cached_property
     def scale(self) -> float:
         return float(abs(self.matrix).sum(axis=1).max())
+
+    @property
+    def factorizations(self) -> int:
+        """How many there have been."""
+        return self._older.made
 
     @abstractmethod
     def _worth(self) -> int:
@@ -109,6 +115,7 @@ class _Bordered(ABC):
         if x is None:
             self._older.solve = None  # first, so that there is no need for room for two
             self._older.size, self._older.solve = len(right), self._factor(tangent, load, row, corner, free)
+            self._older.made += 1
             x = self._older.solve(right)
         return x if free is None else np.append(free @ x[:-1], x[-1])
 

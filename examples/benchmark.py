@@ -88,14 +88,14 @@ def changes(size: Size) -> dict[str, object]:
 def analysis(size: Size, reduction: str = "condensed", steps: int = 60) -> Row:
     """Seconds for the parts of one softening analysis, the sizes of its systems, and peak memory in MB; in a process of its
     own."""
-    return _apart(_analysis, size, reduction, steps)
+    return apart(_analysis, size, reduction, steps)
 
 
 def _analysis(size: Size, reduction: str, steps: int) -> Row:
     import gmsh  # noqa: F401  # loading it is no cost of the analysis
 
     scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.reduction": reduction, "stage.0.steps": steps})
-    loaded = _memory()
+    loaded = memory()
     model = build(scene)
     march: list[int] = []
 
@@ -116,7 +116,7 @@ def _analysis(size: Size, reduction: str, steps: int) -> Row:
         "unknowns": model.total_dofs,
         "active": model.active_dofs,
         "loaded": loaded,
-        "peak": _memory(),
+        "peak": memory(),
     }
 
 
@@ -144,22 +144,30 @@ def growth(sizes: Mapping[str, Size]) -> dict[str, Row]:
 @cache
 def sparse(size: Size) -> Row:
     """Seconds for one sparse factorization and one elastic solve, and the factor's size in MB; in a process of its own."""
-    return _apart(_sparse, size)
+    return apart(_sparse, size)
 
 
 def _sparse(size: Size) -> Row:
-    problem = build(Scene.load("notched-beam").with_(**changes(size), **{"solver.reduction": "none"})).problem
+    scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.reduction": "none"})
+    return elastic_solve(scene, "MMD_AT_PLUS_A")
+
+
+def elastic_solve(scene: Scene, order: str, repeats: int = 2) -> Row:
+    """One sparse factorization and one elastic solve of a scene without reduction, by SuperLU in an order of its own or
+    ("NATURAL") in that of the dissection."""
+    problem = build(scene).problem
     assert isinstance(problem.stiffness, SparseStiffness)
     rows, columns, values = problem.points.stiffness(problem.law.elastic())
     K = (problem.stiffness.matrix + sp.coo_array((values, (rows, columns)), shape=problem.stiffness.matrix.shape)).tocsc()
-    load = np.zeros(K.shape[0])
-    load[problem.drives] = 1.0
+    if order == "NATURAL":
+        K = K[problem.stiffness.order][:, problem.stiffness.order].tocsc()
+    load = np.random.default_rng(0).normal(size=K.shape[0])
     factors: list[spla.SuperLU] = []
 
     def factorize() -> None:
-        factors[:] = [spla.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})]
+        factors[:] = [spla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})]
 
-    factorization = best_of(3 if K.shape[0] < 50_000 else 2, factorize)
+    factorization = best_of(repeats, factorize)
     entry = 12  # bytes: a number and its row
     solve = best_of(2, lambda: factors[0].solve(load))
     return {"factorization": factorization, "elastic": factorization + solve, "factor": entry * factors[0].nnz / 2**20}
@@ -214,17 +222,17 @@ def command(size: Size | None, repeats: int = 3) -> Row:
     return row | {"scene, summary, exit": whole - sum(row.values()), "whole command": whole}
 
 
-def _apart(function: Callable[..., Row], *arguments: object) -> Row:
+def apart(function: Callable[..., Row], *arguments: object) -> Row:
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         return pool.submit(function, *arguments).result()
 
 
-def _memory() -> float:
+def memory() -> float:
     """Peak memory of this process, MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
 
-def _table(title: str, columns: Sequence[str], rows: Mapping[str, Sequence[float]]) -> dict[str, Row]:
+def table(title: str, columns: Sequence[str], rows: Mapping[str, Sequence[float]]) -> dict[str, Row]:
     """Print a table and return it."""
     widths = [max(10, len(column) + 2) for column in columns]
     print(f"\n{title}\n{'':26s}" + "".join(f"{c:>{w}s}" for c, w in zip(columns, widths, strict=True)))
@@ -239,7 +247,7 @@ def main(large: bool = False, sizes: Mapping[str, Size] = SIZES) -> dict[str, di
     sizes = {**sizes, **(LARGE if large else {})}
     done = {name: analysis(size) | sparse(size) for name, size in sizes.items()}
     found = {}
-    found["analysis"] = _table(
+    found["analysis"] = table(
         "Whole analysis, condense + Newton, over one elastic solve (60 steps; seconds)",
         ("unknowns", "active", "mesh", "assemble", "condense", "Newton", "elastic solve", "ratio"),
         {
@@ -248,7 +256,7 @@ def main(large: bool = False, sizes: Mapping[str, Size] = SIZES) -> dict[str, di
             for name, r in done.items()
         },
     )  # fmt: skip
-    found["iteration"] = _table(
+    found["iteration"] = table(
         "One sparse factorization over one condensed iteration (ms)",
         ("unknowns", "active", "factorization", "iteration", "ratio"),
         {
@@ -257,7 +265,7 @@ def main(large: bool = False, sizes: Mapping[str, Size] = SIZES) -> dict[str, di
             for name, r in done.items()
         },
     )  # fmt: skip
-    found["memory"] = _table(
+    found["memory"] = table(
         "Peak memory of the analysis over the size of the sparse factor (MB; the libraries alone take the first column)",
         ("loaded", "peak", "factor", "peak/factor", "(peak - loaded)/factor"),
         {
@@ -287,14 +295,14 @@ def comparisons(
         ]
     columns = ("unknowns", "sparse (s)", "condensed (s)", "ratio", "iteration, sparse (ms)", "condensed (ms)", "per iteration")
     title = f"Sparse Newton over condense + condensed Newton, and per iteration ({BOTH_STEPS} steps)"
-    found = {"newton": _table(title, columns, rows)}
+    found = {"newton": table(title, columns, rows)}
     for key, title, sizes in (
         ("bulk", "Growth with the bulk: the same crack, elements far from it smaller; to the first row", bulk),
         ("crack", "Growth with the crack: its elements smaller in about the same bulk; to the first row", crack),
     ):
         done = growth(sizes)
         first = next(iter(done.values()))
-        found[key] = _table(
+        found[key] = table(
             title,
             ("unknowns", "active", "iterations", "iteration (ms)", "unknowns, ratio", "active, ratio", "iteration, ratio"),
             {
@@ -305,7 +313,7 @@ def comparisons(
         )  # fmt: skip
     cost = law()
     title = "The law at a point: traction, tangent and history over the traction alone (microseconds a point)"
-    found["law"] = _table(title, ("update", "traction", "ratio"), {"CrackPlane": list(cost.values())})
+    found["law"] = table(title, ("update", "traction", "ratio"), {"CrackPlane": list(cost.values())})
     return found
 
 
@@ -314,14 +322,14 @@ def million() -> dict[str, dict[str, Row]]:
     r = analysis(MILLION)
     columns = ("unknowns", "active", "mesh", "assemble", "condense", "newton", "peak")
     title = "A million unknowns: seconds, and peak memory in MB"
-    return {"million": _table(title, columns, {"T3 1e6": [r[column] for column in columns]})}
+    return {"million": table(title, columns, {"T3 1e6": [r[column] for column in columns]})}
 
 
 def split() -> dict[str, dict[str, Row]]:
     """Where the seconds of the command go: print them for two sizes of the beam, and return them."""
     columns = {"as it is": command(None), "1e5 unknowns": command(SIZES["T3 1e5"], 2)}
     rows = {part: [row[part] for row in columns.values()] for part in columns["as it is"]}
-    return {"command": _table("From `cohesive run notched-beam` to its exit, seconds", tuple(columns), rows)}
+    return {"command": table("From `cohesive run notched-beam` to its exit, seconds", tuple(columns), rows)}
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from examples import (
     accuracy,
     aggregate_interlock,
     benchmark,
+    benchmark_solid,
     crack_that_bends,
     law_at_a_point,
     one_crack_in_tension,
@@ -165,7 +166,7 @@ def test_index_names_every_example_with_its_figure() -> None:
 
 def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Its tables, not its times."""
-    monkeypatch.setattr(benchmark, "_apart", lambda function, *arguments: function(*arguments))
+    monkeypatch.setattr(benchmark, "apart", lambda function, *arguments: function(*arguments))
     small, wide = ((2.5, far, "triangle", 1, "discrete") for far in (12.0, 6.0))
     fine, band = (1.25, 12.0, "triangle", 1, "discrete"), (2.5, 12.0, "triangle", 1, "smeared")
     tables = benchmark.main(sizes={"T3": small, "band": band})
@@ -182,3 +183,15 @@ def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
         if line.startswith(("T3", "band", "small", "wide", "fine", "CrackPlane"))
     }
     assert steps == {"T3", "band", "small", "wide", "fine", "CrackPlane"}
+
+
+def test_benchmark_in_space(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its tables, not its times."""
+    monkeypatch.setattr(benchmark_solid, "apart", lambda function, *arguments: function(*arguments))
+    tables = benchmark_solid.main(True, {"coarse": (6.0, 25.0, 2), "finer": (4.0, 25.0, 3)})
+    assert set(tables) == {"analysis", "growth", "elastic"}
+    assert tables["growth"]["finer"]["active, ratio"] > 1.5
+    for name, row in tables["analysis"].items():
+        # the smallest systems are factored in every iteration, and once more to see that the body is held
+        assert row["factorizations"] == row["iterations"] + 1, name
+    assert capsys.readouterr().out.count("coarse") == 3
