@@ -64,12 +64,17 @@ def mesh_prism_band(body: Body, sizes: MeshSizes, width: float, thickness: float
     MeshError
         As `mesh_band`; for second order, or too many layers.
     """
+    check_band_order(sizes)
+    flat = mesh_band(body, replace(sizes, layers=None), width)
+    return extrude(flat, _levels(flat, sizes, thickness))
+
+
+def check_band_order(sizes: MeshSizes) -> None:
+    """Refuse a crack band of second order; MeshError."""
     if sizes.order == 2:
         raise MeshError(
             "mesh.order = 2: the elements of a crack band in three dimensions are hexahedra of first order; expected 1"
         )
-    flat = mesh_band(body, replace(sizes, layers=None), width)
-    return extrude(flat, _levels(flat, sizes, thickness))
 
 
 def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshio.Mesh:

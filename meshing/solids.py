@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NoReturn
 
 import meshio
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from .base import PlaneSpecimen, Specimen, at_least_zero, expect, positive
 from .block import PlaneCrack, mesh_block
 from .errors import MeshError
-from .extrusion import mesh_prism, mesh_prism_band, mesh_prism_body
+from .extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
 from .plane import MeshSizes
 from .specimens import NotchedBeam, PushOff
 
@@ -37,6 +38,10 @@ class Extruded(PlaneSpecimen):
     def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide; see `meshing.extrusion.mesh_prism_band`."""
         return mesh_prism_band(self.body(), sizes, width, self.thickness)
+
+    def check_band(self, sizes: MeshSizes) -> None:
+        """Refuse second order; MeshError."""
+        check_band_order(sizes)
 
     def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
         """Mesh for cracks that may form anywhere, fine near the path; see `meshing.extrusion.mesh_prism_body`."""
@@ -158,7 +163,11 @@ class SingleCrack3D(Specimen):
         """Mesh for a discrete crack: crack cells on its plane, as `insert_cracks` gives it. There is no half of it."""
         return self._mesh(sizes, conforming=True)
 
-    def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
+    def mesh_band(self, sizes: MeshSizes, width: float) -> NoReturn:
+        """There is none: a MeshError."""
+        self.check_band(sizes)
+
+    def check_band(self, sizes: MeshSizes) -> NoReturn:
         """There is none: a MeshError."""
         raise MeshError(
             "band.where = 'path': there is no crack band for a crack at any angle in space; expected 'everywhere', or an "

@@ -300,6 +300,7 @@ def test_what_has_no_meaning_in_space_is_refused() -> None:
         (single, {"model.half": True}, r"^model.half = true"),
         (single, {"specimen.crack_radius": 30.0}, r"^specimen.crack_radius = 30.0: expected above 0 and below"),
         (extruded, {"mesh.layers": 0}, r"^mesh.layers = 0"),
+        (extruded, {"model.kind": "smeared", "mesh.order": 2}, r"^mesh.order = 2: the elements of a crack band in three"),
         (extruded, {"specimen.tilt": 5.0}, r"^specimen.tilt: unknown key"),
     ):
         with pytest.raises(SceneError, match=message):
@@ -313,6 +314,16 @@ def test_what_has_no_meaning_in_space_is_refused() -> None:
         trade(extruded)
     with pytest.raises(SceneError, match=r"^accuracy: no trade is of a notched-beam-3d"):
         settings_for(extruded, "1%")
+
+
+def test_a_comparison_without_a_band_is_refused_before_its_first_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cohesive.comparison.run", lambda *_, **__: pytest.fail("a run was started"))
+    for scene, message in (
+        (beam("notched-beam-3d", "stress", mesh__shape="triangle", mesh__order=2), r"^mesh.order = 2: the elements of a"),
+        (Scene.load("single-crack-3d"), r"^band.where = 'path': there is no crack band"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            compare(scene)
 
 
 def test_default_sizes_follow_the_crack_surface() -> None:
