@@ -24,6 +24,7 @@ EXAMPLES = (
     "reinhardt",
     "jacobsen",
     "push_off",
+    "push_off_3d",
     "closure_overshoot",
     "contact_smoothing",
     "as_printed",
