@@ -29,6 +29,7 @@ EXAMPLES = (
     "contact_smoothing",
     "as_printed",
     "mended_contact",
+    "growing_front",
     "extremes",
 )
 

@@ -81,6 +81,8 @@ class SingleCrack3D(Specimen):
     crack_radius : of a disc inside the block (a penny-shaped crack).
     crack_length, crack_width : of a rectangle, along the trace and across it. Both None and no radius: through the whole
         block; one of them: a strip with two straight fronts.
+    notch_radius : of a disc in the crack's middle that is open from the beginning, a penny-shaped notch; its front lies
+        inside the crack. 0: none.
     drive_angle : between the motion of the top face and its outer normal, in the x-y plane: 0 pulls, 90 shears, 180 pushes.
     faces : "free" (base and top move freely across the drive, but for one corner of the base) or "clamped".
     gauge : length over which the opening is measured across the crack's centre; 0: mean jump over the crack.
@@ -94,6 +96,7 @@ class SingleCrack3D(Specimen):
     crack_radius: float | None = None
     crack_length: float | None = None
     crack_width: float | None = None
+    notch_radius: float = 0.0
     drive_angle: float = 0.0
     faces: str = "free"
     gauge: float = 0.0
@@ -102,7 +105,7 @@ class SingleCrack3D(Specimen):
 
     def __post_init__(self) -> None:
         positive(self, "width", "height", "thickness")
-        at_least_zero(self, "gauge")
+        at_least_zero(self, "gauge", "notch_radius")
         for name in ("angle", "tilt"):
             expect(self, name, -90 < getattr(self, name) <= 90, "above -90 and at most 90 degrees")
         expect(self, "faces", self.faces in ("free", "clamped"), "'free' or 'clamped'")
@@ -110,14 +113,24 @@ class SingleCrack3D(Specimen):
         if self.crack_radius is not None:
             for name in ("crack_length", "crack_width"):
                 expect(self, name, getattr(self, name) is None, f"none beside crack_radius = {self.crack_radius:g}")
-            reach = np.sqrt(np.maximum(1 - self.crack.normal**2, 1e-12))
-            self._below("crack_radius", float((self._half / reach).min()))
+            self._below("crack_radius", self._reach)
         for name, axis, other in (
             ("crack_length", self.crack.along, self.crack.across * (self.crack_width or 0.0) / 2),
             ("crack_width", self.crack.across, 0.0 * self.crack.across),
         ):
             room = (self._half - abs(other)) / np.maximum(abs(axis), 1e-12)
             self._below(name, 2 * float(room.min()))
+        reach = min(
+            self._reach if self.crack_radius is None else self.crack_radius,
+            (self.crack_length or math.inf) / 2,
+            (self.crack_width or math.inf) / 2,
+        )
+        expect(self, "notch_radius", self.notch_radius < reach, f"at least 0 and below {reach:g}, to end inside the crack")
+
+    @property
+    def _reach(self) -> float:
+        """Radius of the largest disc in the crack's plane that is inside the block."""
+        return float((self._half / np.sqrt(np.maximum(1 - self.crack.normal**2, 1e-12))).min())
 
     def _below(self, name: str, limit: float) -> None:
         if getattr(self, name) is not None:
@@ -140,7 +153,7 @@ class SingleCrack3D(Specimen):
         along = np.array([math.cos(a), math.sin(a), 0.0])
         across = np.array([-math.sin(a) * math.sin(t), math.cos(a) * math.sin(t), -math.cos(t)])
         length, width = (math.inf if side is None else side for side in (self.crack_length, self.crack_width))
-        return PlaneCrack(along, across, length, width, self.crack_radius)
+        return PlaneCrack(along, across, length, width, self.crack_radius, self.notch_radius)
 
     @property
     def normal(self) -> Array:
@@ -149,7 +162,7 @@ class SingleCrack3D(Specimen):
 
     @property
     def crack_area(self) -> float:
-        """mm^2."""
+        """Of the crack without its notch, mm^2."""
         return self.crack.area(self._half)
 
     def _mesh(self, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cohesive import Concrete, CrackPlane, Scene
-from examples import as_printed, closure_overshoot, contact_smoothing, jacobsen, push_off, push_off_3d, reinhardt
+from examples import (
+    as_printed,
+    closure_overshoot,
+    contact_smoothing,
+    growing_front,
+    jacobsen,
+    push_off,
+    push_off_3d,
+    reinhardt,
+)
 from examples.walraven import walraven
 
 
@@ -170,3 +180,20 @@ def test_a_reading_in_millimetres_is_a_length() -> None:
     law = CrackPlane(Concrete.preset("jacobsen", c_zn=1e9, onset_cap=False, **found))
     # without damage the smoothing length is 0.018 mm, and contact reaches c_lm times as far
     assert law.contact_reach(np.zeros(1))[0] == pytest.approx(3 * 0.018, rel=1e-5)
+
+
+def test_a_penny_grows_round_and_below_the_stress_of_a_brittle_body(tmp_path: Path) -> None:
+    numbers = growing_front.main(
+        size=180.0, steps=20, energies=(0.105, 0.15), beam_size=5.0, layers=4, plot=tmp_path / "a.png"
+    )
+    brittle, tough = (f"E Gf / ft^2 = {part} a, block of 8 a" for part in ("0.7", "1"))
+    # two elements in E Gf / ft^2; the full size finds 0.87
+    assert 0.82 < numbers[f"{brittle}: at 1.4 a"] < 1.0
+    assert numbers[f"{tough}: at 1.2 a"] < numbers[f"{brittle}: at 1.2 a"] - 0.03  # a longer cohesive zone
+    assert 0.0 < numbers["lost to the block"] < 0.05
+    radii = [numbers[f"penny {i}: radius"] for i in range(5)]
+    assert all(b > a for a, b in pairwise(radii)) and radii[-1] > 1.4 * growing_front.RADIUS
+    assert all(numbers[f"penny {i}: spread"] < 1.0 for i in range(5))  # round within an element
+    assert all(numbers[name] < 0.01 for name in numbers if name.endswith("balance"))  # as the steps are long
+    assert numbers["beam at 0.03: edge ahead"] > 0.1  # a free face carries less: 0.6 mm on a fine mesh
+    assert (tmp_path / "a.png").stat().st_size > 1e4
