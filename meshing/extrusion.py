@@ -138,7 +138,7 @@ def _uncut(body: Body, sizes: MeshSizes, thickness: float, conforming: bool) -> 
 
 def _levels(flat: meshio.Mesh, sizes: MeshSizes, thickness: float) -> Array:
     """z of the layers' faces."""
-    layers = max(1, round(thickness / sizes.far_size)) if sizes.layers is None else sizes.layers
+    layers = sizes.layers_through(thickness)
     in_layer = sum(len(block.data) for block in flat.cells)
     if layers * in_layer > _MOST_IN_ALL:
         raise MeshError(

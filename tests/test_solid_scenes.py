@@ -14,7 +14,6 @@ from cohesive import Result, Scene, SceneError, compare, run
 from cohesive.accuracy import settings_for
 from cohesive.cli import main
 from cohesive.solid_plot import outer_faces
-from cohesive.trade import trade
 from meshing import MeshError
 from tests.solids import Solid, box
 
@@ -331,10 +330,8 @@ def test_what_has_no_meaning_in_space_is_refused() -> None:
     refuse(extruded.with_(**{"mesh.order": 2}), r"^mesh.order = 2: hexahedra are of first order")
     anywhere = single.with_(**{"model.kind": "smeared", "band.where": "everywhere"})
     refuse(anywhere, r"^specimen.gauge: this band has no faces")
-    with pytest.raises(SceneError, match=r"^specimen.kind = 'notched-beam-3d': a trade runs far finer meshes"):
-        trade(extruded)
-    with pytest.raises(SceneError, match=r"^accuracy: no trade is of a notched-beam-3d"):
-        settings_for(extruded, "1%")
+    with pytest.raises(SceneError, match=r"^accuracy: no stored trade is of a solid smeared path model"):
+        settings_for(extruded.with_(**{"model.kind": "smeared"}), "1%")
 
 
 def test_a_comparison_without_a_band_is_refused_before_its_first_run(monkeypatch: pytest.MonkeyPatch) -> None:
