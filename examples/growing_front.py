@@ -79,27 +79,34 @@ def brittle_stress(radius: Array | float, Gf: float) -> Array:
 
 @dataclass(frozen=True)
 class Growth:
-    """A run of the block: radius of equal energy (mm) and mean stress on the block (MPa), row by row."""
+    """A run of the block.
 
-    result: Result
+    Attributes
+    ----------
+    Gf : N/mm
+    radius, stress : radius of equal energy (mm) and mean stress on the block (MPa), row by row
+    balance : error of the energy balance
+    cost : iterations and unknowns, in words
+    """
+
+    Gf: float
     radius: Array
     stress: Array
-
-    @property
-    def Gf(self) -> float:
-        return self.result.scene.material.Gf
+    balance: float
+    cost: str
 
     def over_brittle(self, radius: float) -> float:
         """Stress over that of LEFM at a radius of equal energy."""
         return float(np.interp(radius, self.radius, self.stress) / brittle_stress(radius, self.Gf))
 
 
-def grow(scene: Scene) -> Growth:
-    """Run the block."""
+def grow(scene: Scene) -> tuple[Growth, Result]:
+    """Run the block. Its result holds a factor of the whole body; what is compared does not."""
     result = run(scene)
-    h, specimen = result.history, scene.specimen
-    radius = np.sqrt(RADIUS**2 + h["dissipated"] / (np.pi * scene.material.Gf))
-    return Growth(result, radius, h["load"] / (specimen.width * specimen.thickness))  # type: ignore[union-attr]
+    h, Gf = result.history, scene.material.Gf
+    radius = np.sqrt(RADIUS**2 + h["dissipated"] / (np.pi * Gf))
+    cost = f"{result.iterations} iterations, {result.active_dofs} of {result.total_dofs} unknowns"
+    return Growth(Gf, radius, h["load"] / scene.specimen.width**2, result.energy_error, cost), result  # type: ignore[union-attr]
 
 
 def openings(result: Result, row: int, axes: tuple[int, int]) -> tuple[Triangulation, Array]:
@@ -155,8 +162,10 @@ def main(
     plot : file for the figure.
     """
     numbers: dict[str, float] = {}
-    cases = {(Gf, BLOCK): grow(penny(size, Gf, BLOCK, steps)) for Gf in energies}
-    cases[energies[0], SMALL_BLOCK] = grow(penny(size, energies[0], SMALL_BLOCK, steps))
+    brittle, result = grow(penny(size, energies[0], BLOCK, steps))
+    cases = {(energies[0], BLOCK): brittle}
+    for Gf, block in (*((Gf, BLOCK) for Gf in energies[1:]), (energies[0], SMALL_BLOCK)):
+        cases[Gf, block], _ = grow(penny(size, Gf, block, steps))
     print("stress over that of LEFM at radii of equal energy c; largest stress, over LEFM of the notch, at c/a")
     print(f"{'':44s}" + "".join(f"{c:6.1f} a" for c in COMPARED))
     for (Gf, block), one in cases.items():
@@ -165,22 +174,20 @@ def main(
         peak = int(one.stress.argmax())
         highest = float(one.stress[peak] / brittle_stress(RADIUS, Gf))
         numbers |= {f"{name}: at {c:g} a": ratio for c, ratio in zip(COMPARED, ratios, strict=True)}
-        numbers |= {f"{name}: peak": highest, f"{name}: balance": one.result.energy_error}
-        unknowns = f"{one.result.active_dofs} of {one.result.total_dofs} unknowns"
+        numbers |= {f"{name}: peak": highest, f"{name}: balance": one.balance}
         print(f"    {name:40s}" + "".join(f"{ratio:8.3f}" for ratio in ratios)
               + f"{one.stress[peak]:11.3f} MPa {highest:6.3f} {one.radius[peak] / RADIUS:6.2f}"
-              + f"   {one.result.iterations} iterations, {unknowns}")  # fmt: skip
+              + f"   {one.cost}")  # fmt: skip
     small, large = (numbers[f"{_name(energies[0], block)}: at {GROWN:g} a"] for block in (SMALL_BLOCK, BLOCK))
     # what a penny adds to the body's compliance goes with its volume
     lost = (large - small) / ((BLOCK / SMALL_BLOCK) ** 3 - 1.0)
     numbers["lost to the block"] = lost
     print(f"the block of {BLOCK:g} a takes about {100 * lost:.1f} % off at {GROWN:g} a, if that falls with its volume")
-    brittle = cases[energies[0], BLOCK]
     rows = [int(abs(brittle.radius - c * RADIUS).argmin()) for c in np.linspace(1.1, GROWN, 5)]
-    h = brittle.result.history
+    h = result.history
     print("penny: load (N), dissipated, elastic energy (N mm), radius of equal energy, of the front (mm), spread in elements")
     for i, row in enumerate(rows):
-        radii = np.hypot(*penny_front(brittle.result, row).T)
+        radii = np.hypot(*penny_front(result, row).T)
         spread = float(np.ptp(radii) / size)
         numbers |= {f"penny {i}: radius": float(radii.mean()), f"penny {i}: of equal energy": float(brittle.radius[row])}
         numbers[f"penny {i}: spread"] = spread
@@ -204,7 +211,7 @@ def main(
         print(f"    {h['opening'][row]:6.3f}{h['load'][row]:9.1f}{h['dissipated'][row]:9.2f}{h['elastic'][row]:9.2f}"
               + "".join(f"{height:9.2f}{first:7.2f}" for height, first in (a[row] for a in ahead.values())))  # fmt: skip
     if plot is not None:
-        _draw(cases, rows, beam, shown, ahead, plot)
+        _draw(cases, result, rows, beam, shown, ahead, plot)
     return numbers
 
 
@@ -228,6 +235,7 @@ def bow(points: Array) -> tuple[float, float]:
 
 def _draw(
     cases: dict[tuple[float, float], Growth],
+    result: Result,
     rows: Sequence[int],
     beam: Result,
     shown: Sequence[int],
@@ -243,7 +251,7 @@ def _draw(
     for radius, style, label in ((RADIUS, "k-", "notch"), (REACH * RADIUS, "k:", "end of the interfaces")):
         plane.plot(radius * np.cos(turn), radius * np.sin(turn), style, linewidth=0.8, label=label)
     for i, row in enumerate(rows):
-        around = penny_front(brittle.result, row)
+        around = penny_front(result, row)
         around = around[np.argsort(np.arctan2(around[:, 1], around[:, 0]))]
         plane.plot(*np.append(around, around[:1], axis=0).T, color=f"C{i}")
         stress.plot(brittle.radius[row] / RADIUS, brittle.stress[row] / brittle_stress(RADIUS, brittle.Gf), "o", color=f"C{i}")
@@ -258,7 +266,7 @@ def _draw(
     stress.plot(c, c**-0.5, "C3:", label="LEFM, infinite body")
     stress.set(xlabel="radius of equal energy / a", ylabel="stress over LEFM of the notch", ylim=(0, 1.05))
     stress.set(title="pull on the block")
-    _draw_opened(figure, grid[0, 4:], brittle.result)
+    _draw_opened(figure, grid[0, 4:], result)
     h = beam.history
     for i, row in enumerate(shown):
         for level, style in zip(ahead, ("-", ":"), strict=True):
