@@ -43,9 +43,9 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     """The cheapest settings that promise an accuracy.
 
     From the user's own trade of the scene, or the stored one of a built-in scene, the settings are taken as they were
-    measured. A scene without one borrows from the built-in scene of the same model, in the plane or in space, that is
-    nearest: of the same kind of specimen before others, of the same kind of loading before others, then nearest in crack
-    length and E Gf / ft^2. `knobs.changes` says how settings are carried over, and `Trade.promise` what they promise there.
+    measured. A scene without one borrows from the built-in scene of the same model that is nearest: of the same kind of
+    specimen before others (in space of no other), of the same kind of loading before others, then nearest in crack length
+    and E Gf / ft^2. `knobs.changes` says how settings are carried over, and `Trade.promise` what they promise there.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
             return _choice(scene, wanted, trade, f"{said}measured on this scene, {_where(name)}", elsewhere=False)
     alike = [name for name in tables if _kind(tables[name].scene) == _kind(scene)]
     if not alike:
-        raise SceneError(f"accuracy: no stored trade is of a {' '.join(_kind(scene))} model; `cohesive trade` measures one")
+        raise SceneError(f"accuracy: no stored trade is of a {', '.join(_kind(scene))} model; `cohesive trade` measures one")
     name = min(alike, key=lambda each: _rank(scene, tables[each].scene))
     where = f"{said}carried over from {_where(name)}, not measured on this scene: `cohesive trade` would"
     return _choice(scene, wanted, tables[name], where, elsewhere=True)
@@ -116,8 +116,10 @@ def _where(name: str) -> str:
 
 
 def _kind(scene: Scene) -> tuple[str, ...]:
+    """What scenes have in common that borrow from one another: the model, and in space the specimen, as settings of another
+    one may cost hours there."""
     model = ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
-    return ("solid", *model) if scene.is_solid else model
+    return (scene.kind, *model) if scene.is_solid else model
 
 
 def _rank(scene: Scene, like: Scene) -> tuple[bool, bool, float]:

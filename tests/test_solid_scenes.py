@@ -330,8 +330,14 @@ def test_what_has_no_meaning_in_space_is_refused() -> None:
     refuse(extruded.with_(**{"mesh.order": 2}), r"^mesh.order = 2: hexahedra are of first order")
     anywhere = single.with_(**{"model.kind": "smeared", "band.where": "everywhere"})
     refuse(anywhere, r"^specimen.gauge: this band has no faces")
-    with pytest.raises(SceneError, match=r"^accuracy: no stored trade is of a solid smeared path model"):
-        settings_for(extruded.with_(**{"model.kind": "smeared"}), "1%")
+    for scene, kind in (
+        (extruded.with_(**{"model.kind": "smeared"}), "notched-beam-3d, smeared, path"),
+        (Scene.load("push-off-3d"), "push-off-3d, discrete"),
+    ):
+        with pytest.raises(
+            SceneError, match=f"^accuracy: no stored trade is of a {kind} model; `cohesive trade` measures one"
+        ):
+            settings_for(scene, "1%")
 
 
 def test_a_comparison_without_a_band_is_refused_before_its_first_run(monkeypatch: pytest.MonkeyPatch) -> None:
