@@ -44,8 +44,8 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
 
     From the user's own trade of the scene, or the stored one of a built-in scene, the settings are taken as they were
     measured. A scene without one borrows from the built-in scene of the same model that is nearest: of the same kind of
-    specimen before others, of the same kind of loading before others, then nearest in crack length and E Gf / ft^2.
-    `knobs.changes` says how settings are carried over, and `Trade.promise` what they promise there.
+    specimen before others (in space of no other), of the same kind of loading before others, then nearest in crack length
+    and E Gf / ft^2. `knobs.changes` says how settings are carried over, and `Trade.promise` what they promise there.
 
     Parameters
     ----------
@@ -56,13 +56,11 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     Raises
     ------
     SceneError
-        For another accuracy, a mesh of the user's, a specimen in three dimensions, or a table that cannot be read.
+        For another accuracy, a mesh of the user's, a model of which there is no trade, or a table that cannot be read.
     """
     wanted = parse(accuracy)
     if scene.sizes is None:
         raise SceneError("accuracy: a mesh of your own has no sizes to choose; expected a built-in specimen")
-    if scene.is_solid:
-        raise SceneError(f"accuracy: no trade is of a {scene.kind}; expected a specimen in the plane")
     said = ""
     own = {str(table): Trade.load(table)} if table is not None and Path(table).is_file() else {}
     for name, trade in own.items():
@@ -75,7 +73,7 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
             return _choice(scene, wanted, trade, f"{said}measured on this scene, {_where(name)}", elsewhere=False)
     alike = [name for name in tables if _kind(tables[name].scene) == _kind(scene)]
     if not alike:
-        raise SceneError(f"accuracy: no stored trade is of a {' '.join(_kind(scene))} model; `cohesive trade` measures one")
+        raise SceneError(f"accuracy: no stored trade is of a {', '.join(_kind(scene))} model; `cohesive trade` measures one")
     name = min(alike, key=lambda each: _rank(scene, tables[each].scene))
     where = f"{said}carried over from {_where(name)}, not measured on this scene: `cohesive trade` would"
     return _choice(scene, wanted, tables[name], where, elsewhere=True)
@@ -118,7 +116,10 @@ def _where(name: str) -> str:
 
 
 def _kind(scene: Scene) -> tuple[str, ...]:
-    return ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
+    """What scenes have in common that borrow from one another: the model, and in space the specimen, as settings of another
+    one may cost hours there."""
+    model = ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
+    return (scene.kind, *model) if scene.is_solid else model
 
 
 def _rank(scene: Scene, like: Scene) -> tuple[bool, bool, float]:

@@ -7,21 +7,23 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
+from meshing.solids import Extruded, SingleCrack3D
+
 from .loading import MOTIONS, Stage
 from .model import default_width
 from .scene import Scene, SceneError
 
-#: values by knob: a factor on what the scene has (the first four and "finer"), or the value itself
+#: values by knob: a factor on what the scene has (the first five and "finer"), or the value itself
 Settings = dict[str, Any]
 #: dotted keys of a scene
 Changes = dict[str, Any]
 
-_FACTORS = ("crack size", "far size", "width", "steps", "finer")
+_FACTORS = ("crack size", "far size", "layers", "width", "steps", "finer")
 #: what changes the physics, and is no way to solve the same problem cheaper
 PHYSICS = ("smoothing c_zn", "model")
 KNOBS = (
-    "crack size", "far size", "order", "shape", "width", "quadrature", "steps", "largest step", "tolerance", "tangent",
-    "reduction", "half", *PHYSICS,
+    "crack size", "far size", "layers", "order", "shape", "width", "quadrature", "steps", "largest step", "tolerance",
+    "tangent", "reduction", "half", *PHYSICS,
 )  # fmt: skip
 
 
@@ -46,10 +48,11 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
     assert sizes is not None
     discrete = scene.model.kind == "discrete"
     values: dict[str, tuple[Any, ...]] = {
-        "crack size": (4.0, 2.0, 0.5),
+        "crack size": (4.0, 2.0, 0.75 if scene.is_solid else 0.5),
         "far size": (2.0, 0.5),
+        "layers": (0.5, 2.0) if isinstance(scene.specimen, Extruded) else (),
         "order": (3 - sizes.order,),
-        "shape": ("quad" if sizes.shape == "triangle" else "triangle",),
+        "shape": ("quad" if sizes.shape == "triangle" else "triangle",) if _has_shapes(scene) else (),
         "width": (4.0, 2.0, 0.5, 0.25) if _has_width(scene) else (),
         "quadrature": ("gauss" if scene.interface.quadrature == "nodal" else "nodal",) if discrete else (),
         "steps": (0.125, 0.25, 0.5, 2.0),
@@ -62,16 +65,27 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
         "model": ("smeared" if discrete else "discrete",),
     }
     found = [{knob: value} for knob in wanted for value in values[knob]]
-    return [settings for settings in found if changes(scene, settings)]  # a far size is never below the crack size
+    return [settings for settings in found if _is_turned(scene, settings)]
+
+
+def _is_turned(scene: Scene, settings: Settings) -> bool:
+    """Whether settings change a scene, as a far size below the crack size does not, to one that there is."""
+    keys = changes(scene, settings)
+    try:
+        scene.with_(**keys)
+    except SceneError:  # it has no crack band
+        return False
+    return bool(keys)
 
 
 def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Changes:
     """The keys of a scene that settings change, measured on the scene itself or on another one.
 
     Sizes are carried over by the ratio of the crack lengths or that of the characteristic lengths E Gf / ft^2, whichever
-    asks for the finer mesh: the first keeps the number of elements along the crack, the second that in its process zone. Steps
-    keep their number, and become more where they would grow longer in units of Gf / ft; the interface width follows its own
-    rule; half a body is taken where there is one; all else is taken as it is.
+    asks for the finer mesh: the first keeps the number of elements along the crack, the second that in its process zone.
+    Layers through a thickness keep their shape. Steps keep their number, and become more where they would grow longer in
+    units of Gf / ft; the interface width follows its own rule; half a body is taken where there is one, a shape and order
+    where the specimen has them; all else is taken as it is.
 
     Parameters
     ----------
@@ -84,12 +98,14 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
     assert sizes is not None
     finer = settings.get("finer", 1.0)
     scale = min(_ratios(scene, like))
+    shape = settings.get("shape", sizes.shape) if _has_shapes(scene) else "triangle"
+    is_linear = scene.is_solid and (shape == "quad" or (model == "smeared" and scene.band.where == "path"))
     crack = sizes.crack_size * scale * settings.get("crack size", 1.0) / finer
     found: Changes = {
         "mesh.crack_size": crack,
         "mesh.far_size": max(sizes.far_size * scale * settings.get("far size", 1.0) / finer, crack),
-        "mesh.order": settings.get("order", sizes.order),
-        "mesh.shape": settings.get("shape", sizes.shape),
+        "mesh.order": 1 if is_linear else settings.get("order", sizes.order),
+        "mesh.shape": shape,
         "solver.tol": settings.get("tolerance", min(like.solver.tol, 1e-7) if finer > 1.0 else like.solver.tol),
         "solver.tangent": settings.get("tangent", like.solver.tangent),
         "solver.largest_step": settings.get("largest step", like.solver.largest_step),
@@ -99,6 +115,12 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
         "model.half": model == "discrete"
         and (settings.get("half", like.model.half or scene.model.half) and _can_be_halved(scene)),
     }
+    has_layers = isinstance(scene.specimen, Extruded) and isinstance(like.specimen, Extruded)
+    if has_layers and (sizes.layers is not None or "layers" in settings):  # else they follow the far size
+        thickness, like_thickness = (each.crack_area / each.crack_length for each in (scene, like))
+        count = sizes.layers_through(like_thickness) * thickness / like_thickness / scale
+        count *= settings.get("layers", 1.0) * finer
+        found["mesh.layers"] = max(1, round(count))
     if scene.model.kind == "discrete":
         found["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
     if _has_width(scene) and scene.model.kind == "smeared":  # square elements, unless the width is turned on its own
@@ -130,6 +152,11 @@ def _ratios(scene: Scene, like: Scene) -> tuple[float, float]:
 def _has_width(scene: Scene) -> bool:
     """Whether the width of the crack plane is free: not eq. (21) as printed, nor given by the elements."""
     return scene.interface.width != "h" if scene.model.kind == "discrete" else scene.band.where == "path"
+
+
+def _has_shapes(scene: Scene) -> bool:
+    """Whether the specimen may be meshed with either shape."""
+    return not isinstance(scene.specimen, SingleCrack3D)
 
 
 def _can_be_halved(scene: Scene) -> bool:

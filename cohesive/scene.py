@@ -119,8 +119,10 @@ class Scene:
         self.reference = (
             _build(ReferenceOptions, _table(self.data, "reference"), "reference") if "reference" in self.data else None
         )
-        if isinstance(self.specimen, SingleCrack3D):
-            self._check_single_crack()
+        if isinstance(self.specimen, SingleCrack3D) and self.model.plane == "strain":
+            raise SceneError("model.plane = 'strain': a single-crack-3d is no plane body; expected no such key")
+        if self.sizes is not None and self.model.kind == "smeared" and self.band.where == "path":
+            self._check_band(self.sizes)
         if self.model.half and self.model.kind == "smeared":
             raise SceneError(
                 "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
@@ -192,15 +194,13 @@ class Scene:
                 raise SceneError(f"{key}: there is no such key in the scene")
         return Scene(data, self.folder)
 
-    def _check_single_crack(self) -> None:
-        """Refuse what means nothing for a crack at any angle in space."""
-        if self.model.plane == "strain":
-            raise SceneError("model.plane = 'strain': a single-crack-3d is no plane body; expected no such key")
-        if self.model.kind == "smeared" and self.band.where == "path":
-            raise SceneError(
-                "band.where = 'path': there is no crack band for a crack at any angle in space; expected 'everywhere', or an "
-                "extruded specimen"
-            )
+    def _check_band(self, sizes: MeshSizes) -> None:
+        """Refuse a crack band that the specimen does not have."""
+        assert not isinstance(self.specimen, UserMesh)
+        try:
+            self.specimen.check_band(sizes)
+        except MeshError as error:
+            raise SceneError(str(error)) from None
 
     @property
     def is_solid(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import multiprocessing
 import os
 import resource
@@ -18,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from meshing import MeshError
+from meshing.solids import Extruded
 
 from .curves import Curve, Pair, curve_of
 from .knobs import PHYSICS, Settings, changes, label, single
@@ -42,8 +44,11 @@ _ALIKE = 1.2
 _ELSEWHERE = 3.0
 #: short runs are repeated for so many seconds, and the shortest counts
 _REPEATED = 0.5
-#: the reference is finer by the larger factor in everything, and its error is that of the smaller one against it
-_FINER = (2.0, 4.0)
+#: the reference is finer by this factor in everything, and its error is that of a run half as fine against it
+_FINER = 4.0
+#: in space, where that would be 64 times the elements, by at least and at most these; between them so that the crack has about
+#: so many elements
+_FINER_IN_SPACE, _ON_CRACK = (1.5, 2.5), 350
 
 
 @dataclass(frozen=True)
@@ -213,9 +218,9 @@ def trade(
 ) -> Trade:
     """Turn the knobs of a scene one at a time, then those that pay together.
 
-    Crack size, far size, order, shape, interface width (or the band's), quadrature, number of steps and how far they may
-    grow, Newton tolerance and tangent, reduction; the smoothing of contact and the other model, which change the physics.
-    Errors are relative to a reference that is finer in everything.
+    Crack size, far size, layers, order, shape, interface width (or the band's), quadrature, number of steps and how far they
+    may grow, Newton tolerance and tangent, reduction; the smoothing of contact and the other model, which change the physics.
+    Errors are relative to a reference that is finer in everything: four times in the plane, 1.5 to 2.5 times in space.
 
     Parameters
     ----------
@@ -228,14 +233,12 @@ def trade(
     Raises
     ------
     SceneError
-        For a mesh of the user's, which has no sizes to turn, a specimen in three dimensions, or an unknown knob.
+        For a mesh of the user's, which has no sizes to turn, or an unknown knob.
     NotConverged
         If the reference fails.
     """
     if scene.sizes is None:
         raise SceneError("specimen.kind = 'mesh': a trade turns the sizes of the mesh; expected a built-in specimen")
-    if scene.is_solid:
-        raise SceneError(f"specimen.kind = '{scene.kind}': a trade runs far finer meshes; expected a specimen in the plane")
     bare = Scene({key: value for key, value in scene.data.items() if key not in ("reference", "output")}, scene.folder)
     pool = executor or ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), max_tasks_per_child=1)
     waiting: list[tuple[Settings, Future[tuple[Curve, Cost]]]] = []
@@ -257,7 +260,8 @@ def trade(
         return found
 
     try:
-        submit({"finer": factor} for factor in reversed(_FINER))  # the longest first
+        most = _finest(bare)
+        submit({"finer": factor} for factor in (most, most / 2))  # the longest first
         submit([{}, *single(bare, knobs)])
         (reference, _), (half_as_fine, _) = (future.result() for _, future in waiting[:2])
         own_error = max(errors(half_as_fine, reference)[name] for name in _MEASURES)
@@ -273,6 +277,20 @@ def trade(
     energy = Pair.of(reference, reference).energy(0)
     values = {"peak": reference.peak, "opening_at_peak": reference.opening_at_peak, "energy": energy}
     return Trade(bare, values, own_error, trials)
+
+
+def _finest(scene: Scene) -> float:
+    """By what factor the reference is finer than the scene."""
+    if not scene.is_solid:
+        return _FINER
+    sizes = scene.sizes
+    assert sizes is not None
+    across = sizes.crack_size
+    if isinstance(scene.specimen, Extruded):
+        across = scene.specimen.thickness / sizes.layers_through(scene.specimen.thickness)
+    elements = scene.crack_area / (sizes.crack_size * across)
+    least, most = _FINER_IN_SPACE
+    return round(min(most, max(least, math.sqrt(_ON_CRACK / elements))), 1)
 
 
 def _measured(scene: Scene, settings: Settings) -> tuple[Curve, Cost]:

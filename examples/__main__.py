@@ -24,10 +24,12 @@ EXAMPLES = (
     "reinhardt",
     "jacobsen",
     "push_off",
+    "push_off_3d",
     "closure_overshoot",
     "contact_smoothing",
     "as_printed",
     "mended_contact",
+    "growing_front",
     "extremes",
 )
 

@@ -28,6 +28,10 @@ class Specimen(ABC):
     def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
         """Mesh for cracks that may form anywhere, fine near the path."""
 
+    @abstractmethod
+    def check_band(self, sizes: MeshSizes) -> None:
+        """A MeshError that names the key, if these sizes give no crack band."""
+
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""
         return False
@@ -64,6 +68,9 @@ class PlaneSpecimen(Specimen):
     def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
         return mesh_band(self.body(), sizes, width)
+
+    def check_band(self, sizes: MeshSizes) -> None:
+        """All sizes give one."""
 
     def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
         """Mesh for cracks that may form anywhere, fine near the path; see `meshing.plane.mesh_body`."""

@@ -33,6 +33,7 @@ class PlaneCrack:
     along, across : (3,) unit vectors in its plane, at a right angle; the normal towards the plus side is along x across.
     length, width : of a rectangle with sides along and across; infinity: through the body.
     radius : of a disc instead.
+    notch_radius : of the disc in its middle that is open from the beginning; 0: none.
     """
 
     along: Array
@@ -40,6 +41,7 @@ class PlaneCrack:
     length: float = math.inf
     width: float = math.inf
     radius: float | None = None
+    notch_radius: float = 0.0
 
     @property
     def normal(self) -> Array:
@@ -58,20 +60,21 @@ class PlaneCrack:
         return np.asarray(polygon[apart])
 
     def area(self, half: Array) -> float:
-        """Of the part inside a box, mm^2."""
+        """Of the part inside a box, without the notch, mm^2."""
+        notch = math.pi * self.notch_radius**2
         if self.radius is not None:
-            return math.pi * self.radius**2
+            return math.pi * self.radius**2 - notch
         polygon = self.outline(half)
-        return 0.5 * abs(float(np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0) @ self.normal))
+        return 0.5 * abs(float(np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0) @ self.normal)) - notch
 
     def distance(self) -> str:
-        """Distance from the crack as an expression of gmsh."""
+        """Distance from the crack, the notch included, as an expression of gmsh."""
         u, v, n = (
             f"(({a!r})*x + ({b!r})*y + ({c!r})*z)" for a, b, c in np.stack([self.along, self.across, self.normal]).tolist()
         )
-        if self.radius is not None:
-            return f"Sqrt(Max(Sqrt({u}^2 + {v}^2) - {self.radius!r}, 0)^2 + {n}^2)"
         parts = [f"Max(Abs({w}) - {side / 2!r}, 0)^2" for w, side in ((u, self.length), (v, self.width)) if side < math.inf]
+        if self.radius is not None:
+            parts = [f"Max(Sqrt({u}^2 + {v}^2) - {self.radius!r}, 0)^2"]
         return f"Sqrt({' + '.join([*parts, f'{n}^2'])})"
 
 
@@ -82,7 +85,7 @@ def mesh_block(
     nodes: Mapping[str, tuple[float, float, float]] | None = None,
     conforming: bool = True,
 ) -> meshio.Mesh:
-    """Mesh a block around the origin and cut it along its crack, or leave it whole where that may form anywhere.
+    """Mesh a block around the origin and cut it along its crack, or along the notch only where that may form anywhere.
 
     Parameters
     ----------
@@ -113,16 +116,21 @@ def mesh_block(
     with session() as gmsh:
         occ = gmsh.model.occ
         box = (3, occ.addBox(*(-half), *sides))
-        tools = [_add_crack(gmsh, crack, half)] if conforming else []
-        tools += [(0, occ.addPoint(*p)) for p in (nodes or {}).values()]
+        notch = [_add_disc(gmsh, crack, crack.notch_radius)] if crack.notch_radius else []
+        surface = [_add_crack(gmsh, crack, half)] if conforming else []
+        tools = [*notch, *surface, *((0, occ.addPoint(*p)) for p in (nodes or {}).values())]
         image = occ.fragment([box], tools)[1] if tools else [[box]]
         occ.synchronize()
         grow(gmsh, crack.distance(), sizes.crack_size, sizes.far_size)
         gmsh.model.mesh.generate(3)
-        faces = image[1] if conforming else []
-        mesh = collect(gmsh, faces, dimension=3)
-    cut = np.concatenate([np.empty((0, 3), dtype=np.int64), *(block.data for block in mesh.cells if block.type == "triangle")])
-    cut = facing(mesh.points, cut, crack.normal)
+        opened = [face for faces in image[1 : 1 + len(notch)] for face in faces]
+        faces = [face for faces in image[1 + len(notch) :][: len(surface)] for face in faces if face not in opened]
+        mesh = collect(gmsh, [*opened, *faces], dimension=3)
+    triangles = [block.data for block in mesh.cells if block.type == "triangle"]
+    slit, cut = (
+        facing(mesh.points, np.concatenate([np.empty((0, 3), dtype=np.int64), *some]), crack.normal)
+        for some in (triangles[: len(opened)], triangles[len(opened) :])
+    )
     mesh.cells = [block for block in mesh.cells if block.type == "tetra"]
     slack = SLACK * max(sides)
     lowest = abs(mesh.points + half) < slack
@@ -136,7 +144,7 @@ def mesh_block(
     }
     if sizes.order == 2:
         mesh = with_mid_nodes(mesh)
-    return insert_cracks(mesh, cut) if conforming else cut_slits(mesh, cut)
+    return insert_cracks(mesh, cut, slit) if conforming else cut_slits(mesh, slit)
 
 
 def facing(points: Array, triangles: Index, normal: Array) -> Index:
@@ -148,9 +156,14 @@ def facing(points: Array, triangles: Index, normal: Array) -> Index:
 
 def _add_crack(gmsh: ModuleType, crack: PlaneCrack, half: Array) -> tuple[int, int]:
     """The crack in gmsh: (2, tag)."""
-    occ = gmsh.model.occ
     if crack.radius is not None:
-        return (2, occ.addDisk(0, 0, 0, crack.radius, crack.radius, zAxis=crack.normal, xAxis=crack.along))
+        return _add_disc(gmsh, crack, crack.radius)
+    occ = gmsh.model.occ
     corners = [occ.addPoint(*p) for p in crack.outline(half)]
     loop = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
     return (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+
+
+def _add_disc(gmsh: ModuleType, crack: PlaneCrack, radius: float) -> tuple[int, int]:
+    """A disc around the origin in the crack's plane in gmsh: (2, tag)."""
+    return (2, gmsh.model.occ.addDisk(0, 0, 0, radius, radius, zAxis=crack.normal, xAxis=crack.along))

@@ -64,12 +64,17 @@ def mesh_prism_band(body: Body, sizes: MeshSizes, width: float, thickness: float
     MeshError
         As `mesh_band`; for second order, or too many layers.
     """
+    check_band_order(sizes)
+    flat = mesh_band(body, replace(sizes, layers=None), width)
+    return extrude(flat, _levels(flat, sizes, thickness))
+
+
+def check_band_order(sizes: MeshSizes) -> None:
+    """Refuse a crack band of second order; MeshError."""
     if sizes.order == 2:
         raise MeshError(
             "mesh.order = 2: the elements of a crack band in three dimensions are hexahedra of first order; expected 1"
         )
-    flat = mesh_band(body, replace(sizes, layers=None), width)
-    return extrude(flat, _levels(flat, sizes, thickness))
 
 
 def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshio.Mesh:
@@ -133,7 +138,7 @@ def _uncut(body: Body, sizes: MeshSizes, thickness: float, conforming: bool) -> 
 
 def _levels(flat: meshio.Mesh, sizes: MeshSizes, thickness: float) -> Array:
     """z of the layers' faces."""
-    layers = max(1, round(thickness / sizes.far_size)) if sizes.layers is None else sizes.layers
+    layers = sizes.layers_through(thickness)
     in_layer = sum(len(block.data) for block in flat.cells)
     if layers * in_layer > _MOST_IN_ALL:
         raise MeshError(

@@ -69,6 +69,10 @@ class MeshSizes:
         if self.layers is not None and not (isinstance(self.layers, int) and self.layers >= 1):
             raise ValueError(f"layers = {self.layers!r}: expected a whole number of at least 1")
 
+    def layers_through(self, thickness: float) -> int:
+        """Number of elements through a thickness, mm."""
+        return max(1, round(thickness / self.far_size)) if self.layers is None else self.layers
+
 
 @dataclass(frozen=True)
 class Body:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NoReturn
 
 import meshio
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from .base import PlaneSpecimen, Specimen, at_least_zero, expect, positive
 from .block import PlaneCrack, mesh_block
 from .errors import MeshError
-from .extrusion import mesh_prism, mesh_prism_band, mesh_prism_body
+from .extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
 from .plane import MeshSizes
 from .specimens import NotchedBeam, PushOff
 
@@ -37,6 +38,10 @@ class Extruded(PlaneSpecimen):
     def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide; see `meshing.extrusion.mesh_prism_band`."""
         return mesh_prism_band(self.body(), sizes, width, self.thickness)
+
+    def check_band(self, sizes: MeshSizes) -> None:
+        """Refuse second order; MeshError."""
+        check_band_order(sizes)
 
     def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
         """Mesh for cracks that may form anywhere, fine near the path; see `meshing.extrusion.mesh_prism_body`."""
@@ -76,6 +81,8 @@ class SingleCrack3D(Specimen):
     crack_radius : of a disc inside the block (a penny-shaped crack).
     crack_length, crack_width : of a rectangle, along the trace and across it. Both None and no radius: through the whole
         block; one of them: a strip with two straight fronts.
+    notch_radius : of a disc in the crack's middle that is open from the beginning, a penny-shaped notch; its front lies
+        inside the crack. 0: none.
     drive_angle : between the motion of the top face and its outer normal, in the x-y plane: 0 pulls, 90 shears, 180 pushes.
     faces : "free" (base and top move freely across the drive, but for one corner of the base) or "clamped".
     gauge : length over which the opening is measured across the crack's centre; 0: mean jump over the crack.
@@ -89,6 +96,7 @@ class SingleCrack3D(Specimen):
     crack_radius: float | None = None
     crack_length: float | None = None
     crack_width: float | None = None
+    notch_radius: float = 0.0
     drive_angle: float = 0.0
     faces: str = "free"
     gauge: float = 0.0
@@ -97,7 +105,7 @@ class SingleCrack3D(Specimen):
 
     def __post_init__(self) -> None:
         positive(self, "width", "height", "thickness")
-        at_least_zero(self, "gauge")
+        at_least_zero(self, "gauge", "notch_radius")
         for name in ("angle", "tilt"):
             expect(self, name, -90 < getattr(self, name) <= 90, "above -90 and at most 90 degrees")
         expect(self, "faces", self.faces in ("free", "clamped"), "'free' or 'clamped'")
@@ -105,14 +113,24 @@ class SingleCrack3D(Specimen):
         if self.crack_radius is not None:
             for name in ("crack_length", "crack_width"):
                 expect(self, name, getattr(self, name) is None, f"none beside crack_radius = {self.crack_radius:g}")
-            reach = np.sqrt(np.maximum(1 - self.crack.normal**2, 1e-12))
-            self._below("crack_radius", float((self._half / reach).min()))
+            self._below("crack_radius", self._reach)
         for name, axis, other in (
             ("crack_length", self.crack.along, self.crack.across * (self.crack_width or 0.0) / 2),
             ("crack_width", self.crack.across, 0.0 * self.crack.across),
         ):
             room = (self._half - abs(other)) / np.maximum(abs(axis), 1e-12)
             self._below(name, 2 * float(room.min()))
+        reach = min(
+            self._reach if self.crack_radius is None else self.crack_radius,
+            (self.crack_length or math.inf) / 2,
+            (self.crack_width or math.inf) / 2,
+        )
+        expect(self, "notch_radius", self.notch_radius < reach, f"at least 0 and below {reach:g}, to end inside the crack")
+
+    @property
+    def _reach(self) -> float:
+        """Radius of the largest disc in the crack's plane that is inside the block."""
+        return float((self._half / np.sqrt(np.maximum(1 - self.crack.normal**2, 1e-12))).min())
 
     def _below(self, name: str, limit: float) -> None:
         if getattr(self, name) is not None:
@@ -135,7 +153,7 @@ class SingleCrack3D(Specimen):
         along = np.array([math.cos(a), math.sin(a), 0.0])
         across = np.array([-math.sin(a) * math.sin(t), math.cos(a) * math.sin(t), -math.cos(t)])
         length, width = (math.inf if side is None else side for side in (self.crack_length, self.crack_width))
-        return PlaneCrack(along, across, length, width, self.crack_radius)
+        return PlaneCrack(along, across, length, width, self.crack_radius, self.notch_radius)
 
     @property
     def normal(self) -> Array:
@@ -144,7 +162,7 @@ class SingleCrack3D(Specimen):
 
     @property
     def crack_area(self) -> float:
-        """mm^2."""
+        """Of the crack without its notch, mm^2."""
         return self.crack.area(self._half)
 
     def _mesh(self, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
@@ -158,7 +176,11 @@ class SingleCrack3D(Specimen):
         """Mesh for a discrete crack: crack cells on its plane, as `insert_cracks` gives it. There is no half of it."""
         return self._mesh(sizes, conforming=True)
 
-    def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
+    def mesh_band(self, sizes: MeshSizes, width: float) -> NoReturn:
+        """There is none: a MeshError."""
+        self.check_band(sizes)
+
+    def check_band(self, sizes: MeshSizes) -> NoReturn:
         """There is none: a MeshError."""
         raise MeshError(
             "band.where = 'path': there is no crack band for a crack at any angle in space; expected 'everywhere', or an "

@@ -159,3 +159,10 @@ def test_default_elements_divide_the_process_zone_too() -> None:
     brittle = Scene.load("notched-beam").with_(**{"material.Gf": 0.001, "mesh": {}})
     assert brittle.sizes is not None
     assert brittle.sizes.crack_size == pytest.approx(brittle.material.characteristic_length / 15)
+
+
+def test_a_solid_borrows_from_its_own_kind() -> None:
+    beam = Scene.load("notched-beam-3d")
+    choice = settings_for(beam.with_(**{"specimen.thickness": 100.0, "mesh.layers": 8}), "5%")
+    assert "carried over from the stored trade of notched-beam-3d" in choice.text
+    assert choice.changes == {"model.half": True, "mesh.layers": 4}  # two of 25 mm there

@@ -88,6 +88,26 @@ def test_steps_keep_their_number_and_do_not_grow() -> None:
     assert changes(there, {"steps": 0.5}, BEAM)["stage.0.step"] == pytest.approx(0.006)
 
 
+def test_layers_and_shapes_of_solids() -> None:
+    beam = Scene.load("notched-beam-3d")  # four layers
+    assert changes(beam, {"layers": 0.5}) == {"mesh.layers": 2} and changes(beam, {"layers": 0.1}) == {"mesh.layers": 1}
+    assert changes(beam, {"finer": 2.5})["mesh.layers"] == 10
+    thick = beam.with_(**{"specimen.thickness": 100.0, "mesh.layers": 1})
+    assert changes(thick, {}, beam) == {"mesh.layers": 8}  # as thick as there
+    by_rule = beam.with_(**{"mesh.layers": None})  # 50 / 12 mm: four
+    assert changes(by_rule, {"far size": 2.0}) == {"mesh.far_size": 24.0}  # they follow it
+    assert changes(by_rule, {"layers": 2.0}) == {"mesh.layers": 8}
+    penny = Scene.load("single-crack-3d")
+    assert penny.sizes is not None
+    assert not {"mesh.shape", "mesh.layers"} & set(changes(penny, {}, beam))  # of tetrahedra, not extruded
+    assert not any({"shape", "layers", "model"} & set(settings) for settings in single(penny))
+    assert {"order": 2} in single(penny) and {"order": 2} not in single(beam)  # hexahedra are of first order
+    fine = beam.with_(**{"mesh.shape": "triangle", "mesh.order": 2})
+    assert changes(beam, {}, fine) == {"mesh.order": 2, "mesh.shape": "triangle"}
+    band = beam.with_(**{"model.kind": "smeared"})
+    assert changes(band, {}, fine) == {"mesh.shape": "triangle"}  # a band in space is of first order
+
+
 def test_half_a_body_only_where_there_is_one() -> None:
     assert changes(TWICE, {"half": True}, BEAM)["model.half"] is True
     assert "model.half" not in changes(TWICE.with_(**{"specimen.notch_position": 5.0}), {"half": True}, BEAM)

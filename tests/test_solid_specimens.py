@@ -201,6 +201,33 @@ def test_blocks(name: str, order: int) -> None:
             np.testing.assert_allclose(mesh.points[mesh.point_sets[key]], [sign * 2.5 * n], atol=1e-9)
 
 
+@pytest.mark.parametrize("shape", [{"crack_radius": 15.0}, {}, {"crack_length": 30.0, "crack_width": 26.0}])
+def test_a_penny_shaped_notch(shape: dict[str, Any]) -> None:
+    keys = {"angle": 20.0, "tilt": 10.0, "notch_radius": 8.0} | shape
+    whole, notched = SingleCrack3D(40, 40, 40, **keys | {"notch_radius": 0.0}), SingleCrack3D(40, 40, 40, **keys)
+    assert notched.crack_area == pytest.approx(whole.crack_area - np.pi * 64)
+    mesh = notched.mesh(MeshSizes(3.0, 10.0))
+    assert body_volume(mesh) == pytest.approx(64e3)
+    check_crack(mesh)
+    corners, _ = sides(mesh.cells[-1])
+    area = normals(mesh, corners)
+    size = np.linalg.norm(area, axis=1)
+    np.testing.assert_allclose(area, size[:, None] * notched.normal, atol=1e-6)
+    # both circles are polygons of edges of 3 mm: (3 / 8)^2 / 6 of the disc of 8 mm are missing
+    assert size.sum() == pytest.approx(notched.crack_area, rel=0.04)
+    assert (np.linalg.norm(mesh.points[corners].mean(axis=1), axis=1) > 7.5).all()
+    # both sides of the notch are free: its nodes are doubled as those of the crack are
+    _, first, copies = np.unique(mesh.point_data["original"], return_index=True, return_counts=True)
+    at = mesh.points[first]
+    inside = (abs(at @ notched.normal) < 1e-6) & (np.linalg.norm(at, axis=1) < 8.1)
+    assert inside.sum() > 10 and (copies[inside] == 2).all()
+    assert pieces(mesh) == (1 if shape else 2)
+    anywhere = notched.mesh_body(MeshSizes(3.0, 10.0))
+    copied = anywhere.points[anywhere.point_data["original"].max() + 1 :]
+    assert [b.type for b in anywhere.cells] == ["tetra"] and len(copied)
+    assert (abs(copied @ notched.normal) < 1e-6).all() and (np.linalg.norm(copied, axis=1) < 7.9).all()
+
+
 def test_a_block_without_its_crack() -> None:
     mesh = SingleCrack3D(40, 40, 40, crack_radius=10.0).mesh_body(MeshSizes(3.0, 10.0, order=2))
     assert [b.type for b in mesh.cells] == ["tetra10"]
@@ -230,6 +257,10 @@ def test_triangles_face_the_plus_side() -> None:
         ({"crack_radius": 0.0}, "crack_radius = 0.0: expected above 0 and below 20, to end inside the block"),
         ({"crack_radius": 20.0}, "crack_radius = 20.0: expected above 0 and below 20, to end inside the block"),
         ({"crack_radius": 5.0, "crack_length": 5.0}, "crack_length = 5.0: expected none beside crack_radius = 5"),
+        ({"notch_radius": -1.0}, "notch_radius = -1.0: expected a number of at least 0"),
+        ({"notch_radius": 20.0}, "notch_radius = 20.0: expected at least 0 and below 20, to end inside the crack"),
+        ({"crack_radius": 5.0, "notch_radius": 5.0}, "notch_radius = 5.0: expected at least 0 and below 5, to end inside"),
+        ({"crack_width": 9.0, "notch_radius": 5.0}, "notch_radius = 5.0: expected at least 0 and below 4.5, to end inside"),
         ({"crack_length": 40.0}, "crack_length = 40.0: expected above 0 and below 40, to end inside the block"),
         ({"crack_width": -1.0}, "crack_width = -1.0: expected above 0 and below 40, to end inside the block"),
         (

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cohesive import Concrete, CrackPlane, Scene
-from examples import as_printed, closure_overshoot, contact_smoothing, jacobsen, push_off, reinhardt
+from examples import (
+    as_printed,
+    closure_overshoot,
+    contact_smoothing,
+    growing_front,
+    jacobsen,
+    push_off,
+    push_off_3d,
+    reinhardt,
+)
 from examples.walraven import walraven
 
 
@@ -73,6 +83,24 @@ def test_push_off_restraint_gives_stress_below_the_fit(tmp_path: Path) -> None:
     # the formula by hand: 0.5^-0.8 = 1.7411, 0.5^-0.707 = 1.6323; 0.5^-0.63 = 1.5476, 0.5^-0.552 = 1.4661
     assert shear == pytest.approx(-1.0 + 1.8 * 1.7411 + (0.234 * 1.6323 - 0.2) * 30, abs=2e-3)
     assert pressure == pytest.approx(-1.5 + 1.35 * 1.5476 + (0.191 * 1.4661 - 0.15) * 30, abs=2e-3)
+    assert (tmp_path / "a.png").stat().st_size > 1e4
+
+
+def test_push_off_in_space_is_that_of_the_plane(tmp_path: Path) -> None:
+    numbers = push_off_3d.main(size=40.0, steps=10, increments=10, plot=tmp_path / "a.png")
+    assert numbers["discrete, plane: apart"] < 1e-3  # what Poisson's ratio does through the thickness: 1e-4
+    assert numbers["smeared: apart"] < 0.02  # one law in both
+    for model in ("discrete", "smeared"):
+        # the blocks are stiff beside the crack, which shears as one: a few per cent at the ends of the plane
+        assert numbers[f"{model}: uneven along"] < 0.05
+        assert numbers[f"{model}: uneven across"] < 1e-3
+        assert numbers[f"{model}: shear"] == pytest.approx(2.74, rel=0.01)  # on finer meshes
+        counts = [numbers[f"{model}, c_zn = {c}: iterations"] for c in (50, 9, 5)]
+        assert max(counts) - min(counts) <= 3  # what the study reports: no order
+        for c in (50, 9, 5):
+            assert numbers[f"{model}, c_zn = {c}: tail"] < 3.0  # consistent tangent: quadratic
+    assert [numbers[f"paper, c_zn = {c}: iterations"] for c in (50, 9, 5)] == [46, 23, 23]  # its Table 4, counted by hand
+    assert numbers["paper, c_zn = 9: tail"] > 100  # 3.3e-4 to 1.64e-5 in increment 12 alone: 151
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
@@ -152,3 +180,20 @@ def test_a_reading_in_millimetres_is_a_length() -> None:
     law = CrackPlane(Concrete.preset("jacobsen", c_zn=1e9, onset_cap=False, **found))
     # without damage the smoothing length is 0.018 mm, and contact reaches c_lm times as far
     assert law.contact_reach(np.zeros(1))[0] == pytest.approx(3 * 0.018, rel=1e-5)
+
+
+def test_a_penny_grows_round_and_below_the_stress_of_a_brittle_body(tmp_path: Path) -> None:
+    numbers = growing_front.main(
+        size=180.0, steps=20, energies=(0.105, 0.15), beam_size=5.0, layers=4, plot=tmp_path / "a.png"
+    )
+    brittle, tough = (f"E Gf / ft^2 = {part} a, block of 8 a" for part in ("0.7", "1"))
+    # two elements in E Gf / ft^2; the full size finds 0.87
+    assert 0.82 < numbers[f"{brittle}: at 1.4 a"] < 1.0
+    assert numbers[f"{tough}: at 1.2 a"] < numbers[f"{brittle}: at 1.2 a"] - 0.03  # a longer cohesive zone
+    assert 0.0 < numbers["lost to the block"] < 0.05
+    radii = [numbers[f"penny {i}: radius"] for i in range(5)]
+    assert all(b > a for a, b in pairwise(radii)) and radii[-1] > 1.4 * growing_front.RADIUS
+    assert all(numbers[f"penny {i}: spread"] < 1.0 for i in range(5))  # round within an element
+    assert all(numbers[name] < 0.01 for name in numbers if name.endswith("balance"))  # as the steps are long
+    assert numbers["beam at 0.03: edge ahead"] > 0.1  # a free face carries less: 0.6 mm on a fine mesh
+    assert (tmp_path / "a.png").stat().st_size > 1e4

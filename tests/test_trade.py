@@ -13,7 +13,7 @@ import pytest
 from cohesive import Scene, SceneError
 from cohesive.cli import main
 from cohesive.knobs import KNOBS, changes
-from cohesive.trade import Cost, Trade, Trial, _combined, trade
+from cohesive.trade import Cost, Trade, Trial, _combined, _finest, trade
 from tests.conftest import OF_A_FILE
 
 CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
@@ -59,6 +59,29 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch:
     assert [row["setting"] for row in rows] == [trial.label for trial in found.trials]
     assert float(rows[0]["error"]) == pytest.approx(found.trials[0].error, rel=1e-4)
     assert (tmp_path / "trade.png").stat().st_size > 1e4 and "cheapest for 1 %" in (tmp_path / "trade.txt").read_text()
+
+
+@pytest.mark.parametrize("name", ["notched-beam-3d", "single-crack-3d"])
+def test_a_trade_in_space(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cohesive.trade._REPEATED", 0.0)
+    sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
+    if name == "single-crack-3d":
+        sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
+    found = trade(Scene.load(name).with_(**sizes), pool, knobs=["crack size", "layers", "tangent"])
+    error = {trial.label: trial.error for trial in found.trials}
+    assert error["finer x 2.5"] == 0.0 and error["finer x 1.25"] == found.own_error
+    assert found.own_error < error["as it is"] or name == "single-crack-3d"  # four steps over a snap are as they come
+    assert abs(error["tangent secant"] - error["as it is"]) < 1e-3  # the same equations, to a tolerance of 1e-4
+    assert ("layers x 0.5" in error) == (name == "notched-beam-3d")
+    assert not any(trial.failure for trial in found.trials if trial.is_same_problem)
+
+
+def test_a_body_with_a_large_crack_gets_a_reference_that_can_be_paid() -> None:
+    beam = Scene.load("notched-beam-3d")
+    assert _finest(Scene.load("notched-beam")) == 4.0
+    # 25 mm of crack with 4 layers: 50, 100 and 250 elements for 350 would be 2.6, 1.9 and 1.2 times finer
+    for keys, factor in (({}, 2.5), ({"mesh.crack_size": 1.0}, 1.9), ({"mesh.crack_size": 1.0, "mesh.layers": 10}, 1.5)):
+        assert _finest(beam.with_(**keys)) == factor
 
 
 def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() -> None:
