@@ -240,7 +240,11 @@ class _Share:
             self._krylov.solve(self._right, solution)
             reason = self._krylov.getConvergedReason()
             self._is_factored = reason != _petsc().KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
-            if not self._is_factored or (reason < 0 and not fresh):
+            if not self._is_factored:
+                self._krylov.reset()  # else it would remember the failure
+                self._krylov.setOperators(self._matrix)
+                return None
+            if reason < 0 and not fresh:
                 return None
         return np.stack([self._found.getArray(), self._response.getArray()])
 
