@@ -96,7 +96,8 @@ class PetscStiffness:
         if found[0] is None:
             raise NotConverged("the tangent stiffness is singular")
         both = np.concatenate(found, axis=1)
-        change = (last - row @ both[0]) / (row @ both[1] + corner)
+        with np.errstate(divide="ignore", invalid="ignore"):  # Newton's method looks whether the step is finite
+            change = (last - row @ both[0]) / (row @ both[1] + corner)
         step = both[0] + change * both[1]
         return np.append(step if free is None else free @ step, change)
 

@@ -35,6 +35,10 @@ needs_mpiexec = pytest.mark.skipif(
 QUICK = {"mesh.crack_size": 2.5, "mesh.far_size": 12.0}
 CASES = {
     "beam": Scene.load("notched-beam").with_(**QUICK, **{"stage.0.to": [0.04, 0.01, 0.06], "stage.0.steps": 6}),
+    # which begins with a solution that must be in equilibrium to the tolerance
+    "beam by dissipation": Scene.load("notched-beam").with_(
+        **QUICK, stage=[{"control": "dissipation", "to": 20.0, "steps": 4}]
+    ),
     # opened, then sheared with the opening held: two drives, contact, unsymmetric tangents
     "panel": Scene.load("sandwich-panel").with_(
         **{"model.kind": "smeared", "mesh.crack_size": 100.0, "mesh.far_size": 100.0, "stage.0.steps": 5, "stage.1.steps": 10}
