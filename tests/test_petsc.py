@@ -171,7 +171,7 @@ def test_other_commands_are_refused_on_several_processes(
 
 @pytest.fixture
 def mpiexec() -> Iterator[Start]:
-    """Starts two processes of Python; what is left of them at the end is killed."""
+    """Starts two processes of Python; what is left of them at the end is ended."""
     started: list[subprocess.Popen[str]] = []
 
     def start(*words: str) -> subprocess.Popen[str]:
@@ -181,8 +181,8 @@ def mpiexec() -> Iterator[Start]:
     yield start
     for process in started:
         if process.poll() is None:
-            process.kill()  # the others notice
-            process.communicate()
+            process.terminate()  # upon which mpiexec kills them all
+            process.communicate(timeout=30)
 
 
 def two_processes(*words: str) -> subprocess.Popen[str]:
@@ -232,7 +232,7 @@ def test_two_processes_find_the_same(name: str, mpiexec: Start, tmp_path: Path) 
     file = tmp_path / "scene.toml"
     file.write_text(dump_toml(scene.data))
     process = mpiexec(*command(tmp_path / "out", str(file)))
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
     assert out.count("peak load:") == 1  # one program
     facts = json.loads((tmp_path / "out" / "run.json").read_text())
