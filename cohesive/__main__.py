@@ -4,7 +4,15 @@ import gc
 import os
 import signal
 import sys
+import time
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from types import FrameType
+
+from .processes import place
+
+#: seconds after which a process tells of an error that process 0 has not told by then
+_PATIENCE = 5.0
 
 
 def main() -> int:
@@ -13,6 +21,8 @@ def main() -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # imports make many objects and no garbage: looking for it takes a tenth of a short run
     gc.set_threshold(50_000)
+    if number := place()[0]:
+        return _other_than_0(number)
     terminated = False
 
     def terminate(number: int, frame: FrameType | None) -> None:
@@ -31,6 +41,23 @@ def main() -> int:
         status = 130
     gc.freeze()  # nor is there any to look for at the exit
     return 128 + signal.SIGTERM if terminated else status
+
+
+def _other_than_0(number: int) -> int:
+    """Another process under mpiexec. Process 0 tells the errors that all find, and its end ends all."""
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, signal.SIG_IGN)
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()) as said:
+        from .cli import main as command_line
+
+        try:
+            status = command_line()
+        except SystemExit as end:
+            status = end.code if isinstance(end.code, int) else 0
+    if status:  # on a machine without the scene's file, say
+        time.sleep(_PATIENCE)
+        print(f"process {number}: {said.getvalue()}", end="", file=sys.stderr)
+    return status
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from .concrete import PRESETS, Concrete
 from .crackplane import CrackPlane
 from .linear import NotConverged
 from .loading import Step
+from .processes import place
 from .result import Result, make_folder, write_file
 from .scene import Scene, SceneError, built_in
 from .simulation import run
@@ -38,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status."""
     options = _parser().parse_args(arguments)
     try:
+        _gather(options)
         return int(options.command(options))
     except (SceneError, MeshError) as error:
         print(f"cohesive: {error}", file=sys.stderr)
@@ -48,6 +50,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of the output has left, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+
+
+def _gather(options: argparse.Namespace) -> None:
+    """Under mpiexec process 0 goes on alone; the others compute for it, and end with it."""
+    count = place()[1]
+    if count == 1:
+        return
+    can_share = options.command in (_run, _compare)
+    if not can_share or Scene.load(options.scene).with_(**_assignments(options.set)).solver.reduction != "petsc":
+        raise SceneError(
+            f"mpiexec started {count} processes: expected one, or the command run or compare with solver.reduction = 'petsc'"
+        )
+    from .petsc import start  # with MPI
+
+    start()
 
 
 def _status(error: BaseException) -> int:

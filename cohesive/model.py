@@ -153,6 +153,11 @@ class Model:
         return bool(self.band)
 
     @property
+    def library(self) -> str:
+        """What solves the linear systems."""
+        return getattr(self.problem.stiffness, "library", "SciPy")
+
+    @property
     def active_dofs(self) -> int:
         """Number of unknowns that Newton's method works on."""
         return len(self.reduced.unknowns)

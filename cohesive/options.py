@@ -166,7 +166,8 @@ class SolverOptions:
     ----------
     tol : relative tolerance on residual and correction.
     reduction : "condensed" eliminates the elastic bulk once, "none" factors everything in every iteration, "auto"
-        takes the one with the lower estimated cost.
+        takes the one with the lower estimated cost. "petsc" factors everything with PETSc, on all processes that mpiexec
+        started, for meshes that outgrow one machine; it needs the optional package petsc4py.
     tangent : "consistent" (Newton's method, quadratic convergence) or "secant": the stiffness at constant damage in every
         iteration. It converges linearly: a step may take 1000 iterations instead of 25.
     largest_step : up to which multiple of the nominal step a step grows while the iteration converges easily; at least 1.
@@ -181,7 +182,7 @@ class SolverOptions:
     def __post_init__(self) -> None:
         if not 1e-13 <= self.tol <= 1e-1:
             raise ValueError(f"tol = {self.tol!r}: expected a number between 1e-13 and 0.1")
-        _one_of(self, "reduction", "auto", "condensed", "none")
+        _one_of(self, "reduction", "auto", "condensed", "none", "petsc")
         _one_of(self, "tangent", "consistent", "secant")
         if not self.largest_step >= 1:
             raise ValueError(f"largest_step = {self.largest_step!r}: expected a number of at least 1")

@@ -59,7 +59,7 @@ class Reduced:
     """
     Attributes
     ----------
-    kind : "condensed" or "none"
+    kind : "condensed", "none" or "petsc"
     stiffness : Stiffness of the bulk on the unknowns of Newton's method
     unknowns : their numbers among all
     recover : displacements of all nodes, (m, d), from these unknowns

@@ -364,6 +364,7 @@ class Result:
             "model": self.scene.model.kind,
             "width": self.model.cracks.width,
             "reduction": self.model.reduced.kind,
+            "library": self.model.library,
             "total_dofs": self.total_dofs,
             "active_dofs": self.active_dofs,
             "steps": len(self._states),

@@ -87,7 +87,14 @@ def build(scene: Scene) -> Model:
     active = np.flatnonzero(seen)
     body = Body(points, elastic, cracking, leader, unknowns, operator, active, K)
     try:
-        reduced = reduce(body, scene.solver.reduction)
+        if scene.solver.reduction == "petsc":
+            from .petsc import unreduced  # with petsc4py, which need not be installed
+
+            reduced = unreduced(body)
+        else:
+            reduced = reduce(body, scene.solver.reduction)
+    except SceneError:
+        raise
     except ValueError as error:
         raise SceneError(f"specimen: {error}") from None
     number = np.full(len(seen), -1)

@@ -105,7 +105,8 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
         f"modelled: {whole}{bulk}{cracks}, {_space(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
         + (", the rest eliminated once" if model.reduced.kind == "condensed" else ", nothing condensed")
-        + (f" ({model.reduced.why})" if model.reduced.why else ""),
+        + (f" ({model.reduced.why})" if model.reduced.why else "")
+        + (f"; {model.library}" if model.reduced.kind == "petsc" else ""),
         f"left out: {left_out}crushing, time, temperature, large rotations",
     )
 
