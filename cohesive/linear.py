@@ -194,6 +194,8 @@ class SparseStiffness(_Bordered):
         place = np.argsort(order)
         moved = factor.solve(load[order])[place]
         slope = float(row @ moved) + corner
+        if not slope:
+            raise NotConverged("the tangent stiffness is singular: the load does not change what controls it")
 
         def solve(right: Array) -> Array:
             v = factor.solve(right[:-1][order])[place]

@@ -21,6 +21,8 @@ MAX_ITERATIONS = 25
 MAX_SECANT_ITERATIONS = 1000
 #: damped steps in which a snapping crack must come to rest
 SETTLING_STEPS = 60
+#: residual and correction up to which they may be rounding, over a stiffness that vanishes as a body comes apart
+ROUNDING = 1e-6
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
 #: where a point has no solution, which is costly to find out, it gives up sooner
@@ -161,8 +163,10 @@ def _newton(
                 raise NotConverged(f"the residual is not finite after {iteration} iterations")
             rounding = 4 * np.finfo(float).eps * problem.rounding * float(abs(now.v).max())
             # rounding excuses little: a part that flies off has a large one
-            balanced = error <= max(problem.tol * now.scale, min(rounding, 1e-6 * now.scale))
-            if balanced and abs(now.gap) <= problem.tol and correction <= problem.tol:
+            is_rounding = error <= min(rounding, ROUNDING * now.scale)
+            balanced = error <= problem.tol * now.scale or is_rounding
+            settled = correction <= (max(problem.tol, ROUNDING) if is_rounding else problem.tol)
+            if balanced and abs(now.gap) <= problem.tol and settled:
                 return Trial(_state(problem, start, now), iteration, residuals)
             if iteration == limit:
                 break
