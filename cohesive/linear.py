@@ -88,42 +88,48 @@ class _Bordered(ABC):
     def _worth(self) -> int:
         """Iterations of GMRES at the price of half a factorization."""
 
+    @cached_property
+    def _stiffest(self) -> float:
+        return float(abs(self.matrix.diagonal()).max())
+
     @abstractmethod
-    def _factor(self, crack: sp.csr_array, load: Array, row: Array, corner: float, free: Free) -> Solve:
+    def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
         """Factor the bordered system."""
 
     def solve(
         self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
     ) -> Array:
-        tangent = sp.csr_array((crack[2], crack[:2]), shape=(len(right),) * 2)
+        n = len(right)
         if free is not None:
             load, row, right = free.T @ load, free.T @ row, free.T @ right
         # the control in forces, too
         size = float(np.linalg.norm(row))
-        unit = float(abs(self.matrix.diagonal() + tangent.diagonal()).max()) / size if size else 1.0
+        unit = (self._stiffest or float(abs(crack[2]).max())) / size if size else 1.0
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
 
-        def forces(x: Array) -> Array:
-            v = x[:-1] if free is None else free @ x[:-1]
-            force = self.apply(v) + tangent @ v
-            return np.asarray(force if free is None else free.T @ force)
+        x = None
+        if self._older.solve is not None and self._older.size == len(right) and self._worth() >= _FEWEST:
+            tangent = sp.csr_array((crack[2], crack[:2]), shape=(n, n))
 
-        def bordered(x: Array) -> Array:
-            return np.append(forces(x) - x[-1] * load, row @ x[:-1] + corner * x[-1])
+            def forces(x: Array) -> Array:
+                v = x[:-1] if free is None else free @ x[:-1]
+                force = self.apply(v) + tangent @ v
+                return np.asarray(force if free is None else free.T @ force)
 
-        x = self._iterate(forces, bordered, right)
+            def bordered(x: Array) -> Array:
+                return np.append(forces(x) - x[-1] * load, row @ x[:-1] + corner * x[-1])
+
+            x = self._iterate(self._older.solve, forces, bordered, right)
         if x is None:
             self._older.solve = None  # first, so that there is no need for room for two
-            self._older.size, self._older.solve = len(right), self._factor(tangent, load, row, corner, free)
+            self._older.size, self._older.solve = len(right), self._factor(crack, load, row, corner, free)
             self._older.made += 1
             x = self._older.solve(right)
         return x if free is None else np.append(free @ x[:-1], x[-1])
 
-    def _iterate(self, forces: Solve, bordered: Solve, right: Array) -> Array | None:
-        """The solution by means of the older factorization; None where that is not worth while."""
-        n, most, older = len(right), self._worth(), self._older.solve
-        if older is None or self._older.size != n or most < _FEWEST:
-            return None
+    def _iterate(self, older: Solve, forces: Solve, bordered: Solve, right: Array) -> Array | None:
+        """The solution by means of the older factorization; None where that takes too long."""
+        n, most = len(right), self._worth()
         x = older(right)
         left = right - bordered(x)
         enough = _INEXACT * max(float(np.linalg.norm(right[:-1])), float(np.linalg.norm(forces(x))))
@@ -146,16 +152,15 @@ class DenseStiffness(_Bordered):
     def _worth(self) -> int:
         return len(self.matrix) // _DENSE_WORTH
 
-    def _factor(self, crack: sp.csr_array, load: Array, row: Array, corner: float, free: Free) -> Solve:
-        n = len(load)
-        A = np.empty((n + 1, n + 1), order="F")
-        if free is None:
-            A[:n, :n] = self.matrix
-            add = crack.tocoo()
-            A[add.row, add.col] += add.data
-        else:
-            inner = self.matrix + crack.toarray()
-            A[:n, :n] = free.T @ (free.T @ inner.T).T
+    def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
+        m, n = len(self.matrix), len(load)
+        A = np.empty((m + 1, m + 1), order="F")
+        A[:m, :m] = self.matrix
+        np.add.at(A, crack[:2], crack[2])
+        if free is not None:
+            inner = free.T @ (free.T @ A[:m, :m].T).T
+            A = np.empty((n + 1, n + 1), order="F")
+            A[:n, :n] = inner
         A[:n, n], A[n, :n], A[n, n] = -load, row, corner
         lu, pivots, info = lapack.dgetrf(A, overwrite_a=True)
         if info:
@@ -181,8 +186,8 @@ class SparseStiffness(_Bordered):
     def _worth(self) -> int:
         return self.worth
 
-    def _factor(self, crack: sp.csr_array, load: Array, row: Array, corner: float, free: Free) -> Solve:
-        A = self.matrix + crack
+    def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
+        A = self.matrix + sp.coo_array((crack[2], crack[:2]), shape=self.matrix.shape)
         order = self.order[: len(load)]
         if free is not None:  # the free motions are numbered alike, but for the drives
             A = free.T @ A @ free
