@@ -165,9 +165,10 @@ class SolverOptions:
     Parameters
     ----------
     tol : relative tolerance on residual and correction.
-    reduction : "condensed" eliminates the elastic bulk once, "none" factors everything in every iteration, "auto"
-        takes the one with the lower estimated cost. "petsc" factors everything with PETSc, on all processes that mpiexec
-        started, for meshes that outgrow one machine; it needs the optional package petsc4py.
+    reduction : "condensed" eliminates the elastic bulk once, "none" works on all unknowns, "auto" takes the one with less
+        work in an iteration, as counted from the matrices' patterns, if it finds room in 60 % of the memory. "petsc" factors
+        everything with PETSc, on all processes that mpiexec started, for meshes that outgrow one machine; it needs the
+        optional package petsc4py.
     tangent : "consistent" (Newton's method, quadratic convergence) or "secant": the stiffness at constant damage in every
         iteration. It converges linearly: a step may take 1000 iterations instead of 25.
     largest_step : up to which multiple of the nominal step a step grows while the iteration converges easily; at least 1.

@@ -23,6 +23,8 @@ Index = NDArray[np.int64]
 _SPARSE_IS_SLOWER = 10.0
 #: bytes of a number in a matrix, and of one in a sparse factor with its row
 _DENSE, _SPARSE = 8.0, 12.0
+#: operations of a condensation from which on the choice is always weighed, for the user to know
+_LARGE = 1e11
 #: part of the machine's memory that matrices may take
 _SHARE = 0.6
 #: operations for each number of a sparse factor at whose ratio an iteration of GMRES takes half of a factorization
@@ -63,7 +65,7 @@ class Reduced:
     stiffness : Stiffness of the bulk on the unknowns of Newton's method
     unknowns : their numbers among all
     recover : displacements of all nodes, (m, d), from these unknowns
-    why : what the other kind would take, in words; empty where there was nothing to weigh
+    why : what either kind takes, in words; empty where there was nothing to weigh
     """
 
     kind: str
@@ -90,16 +92,22 @@ def reduce(body: Body, wanted: str) -> Reduced:
     part = _Part.of(body)
     if wanted == "condensed":
         return part.reduced("")
-    has_room = part.memory < _SHARE * _memory()
-    if has_room and part.iteration <= _SPARSE_IS_SLOWER * part.fronts.cost()[0]:  # that of all is larger yet
+    room, once = _SHARE * _memory(), part.fronts.cost()[0]
+    if (
+        part.memory < room and part.iteration <= _SPARSE_IS_SLOWER * once < _SPARSE_IS_SLOWER * _LARGE
+    ):  # the whole is more work
         return part.reduced("")
     whole = _Whole.of(body)
-    ratio = part.iteration / whole.iteration
-    if not has_room:
-        return whole.reduced(f"condensed they would take {part.memory / 1e9:.2g} GB, more than {_SHARE:.0%} of the memory")
-    if ratio > 1.0:
-        return whole.reduced(f"condensed an iteration would be {ratio:.2g} times the work")
-    return part.reduced(f"without that an iteration would be {1.0 / ratio:.2g} times the work")
+    why = (
+        f"condensed {part.memory / 1e9:.2g} GB, else {whole.memory / 1e9:.2g} GB and "
+        f"{whole.iteration / part.iteration:.2g} times the work of a factorization"
+    )
+    if part.memory < room:
+        return part.reduced(why) if part.iteration <= whole.iteration else whole.reduced(why)
+    if whole.memory < room:
+        return whole.reduced(why)
+    why += ", more than this machine has to spare; 'petsc' shares it out to several"
+    return part.reduced(why) if part.memory <= whole.memory else whole.reduced(why)
 
 
 @dataclass(frozen=True)
@@ -184,6 +192,11 @@ class _Whole:
     def iteration(self) -> float:
         """Operations: twice those of a symmetric factorization, in the time of dense ones."""
         return 2.0 * _SPARSE_IS_SLOWER * self.fronts.cost()[0]
+
+    @property
+    def memory(self) -> float:
+        """Bytes of both triangular factors."""
+        return 2.0 * _SPARSE * self.fronts.cost()[1]
 
     def reduced(self, why: str) -> Reduced:
         operations, numbers = self.fronts.cost()

@@ -171,8 +171,18 @@ def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch)
     model = build(beam)
     assert model.reduced.kind == "none" and "times the work" in model.reduced.why
     monkeypatch.setattr(cohesive.reduction, "_SPARSE_IS_SLOWER", 10.0)
-    monkeypatch.setattr(cohesive.reduction, "_memory", lambda: 1e5)
+    monkeypatch.setattr(cohesive.reduction, "_LARGE", 1.0)
     result = run(beam)
-    assert result.model.reduced.kind == "none"
-    assert "nothing condensed (condensed they would take" in result.summary()
-    assert build(beam.with_(**{"solver.reduction": "condensed"})).reduced.kind == "condensed"  # the user's word counts
+    assert result.model.reduced.kind == "condensed" and "eliminated once (condensed " in result.summary()
+    # where the dense matrix finds no room; where neither does, the smaller one
+    part, whole = cohesive.reduction._Part, cohesive.reduction._Whole
+    monkeypatch.setattr(part, "memory", property(lambda self: 2e9))
+    monkeypatch.setattr(whole, "memory", property(lambda self: 1e9))
+    for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
+        monkeypatch.setattr(cohesive.reduction, "_memory", lambda available=available: available)
+        model = build(beam)
+        assert model.reduced.kind == "none" and model.reduced.why.startswith("condensed 2 GB, else 1 GB")
+        assert ("'petsc'" in model.reduced.why) == hint
+    monkeypatch.setattr(part, "memory", property(lambda self: 5e8))
+    assert build(beam).reduced.kind == "condensed"
+    assert build(beam.with_(**{"solver.reduction": "none"})).reduced.kind == "none"  # the user's word counts
