@@ -100,7 +100,7 @@ def reduce(body: Body, wanted: str) -> Reduced:
     whole = _Whole.of(body)
     why = (
         f"condensed {part.memory / 1e9:.2g} GB, else {whole.memory / 1e9:.2g} GB and "
-        f"{whole.iteration / part.iteration:.2g} times the work of a factorization"
+        f"{_two_digits(whole.iteration / part.iteration)} times the work of a factorization"
     )
     if part.memory < room:
         return part.reduced(why) if part.iteration <= whole.iteration else whole.reduced(why)
@@ -221,6 +221,11 @@ def _lower(K: sp.csc_array, order: Index) -> sp.csc_array:
     rows, columns = place[K.indices], place[np.repeat(np.arange(K.shape[1]), np.diff(K.indptr))]
     lower = rows >= columns
     return sp.coo_array((K.data[lower], (rows[lower], columns[lower])), shape=K.shape).tocsc()
+
+
+def _two_digits(value: float) -> str:
+    """350, not 3.5e+02."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def _memory() -> float:
