@@ -31,6 +31,8 @@ from .simulation import run
 
 #: a run that stopped before its end, bad input or a file that cannot be written, interrupted
 _STOPPED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
+#: of a run; a run without a converged step leaves no pictures and no frames
+_FILES = ("curve.png", "deformed.png", "history.csv", "frames.pvd", "run.json", "scene.toml")
 #: what ends a run early, with everything before it in the exception's `result`
 _ENDS = (NotConverged, KeyboardInterrupt, SceneError, MeshError)
 
@@ -158,7 +160,8 @@ def _run(options: argparse.Namespace) -> int:
         result.save(folder)
     finally:  # the numbers are there, whatever became of the files
         print(result.summary())
-    print(f"files: {folder}/  (curve.png, deformed.png, history.csv, frames.pvd, run.json, scene.toml)")
+    names = [name for name in _FILES if (folder / name).exists()]
+    print(f"files: {folder}/  ({', '.join(names)})")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
     return status

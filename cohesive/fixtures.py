@@ -79,12 +79,13 @@ def _across(scene: Scene, sets: dict[str, Index], d: int) -> list[Tie]:
 
 def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, ...]) -> Index:
     """Nodes of a place in a user's mesh: a set by name, or the copies of the node at a point."""
+    key = f"{key}.at" if key in ("supports", "drive") else key
     if isinstance(place, str):
         if place not in mesh.point_sets:
             names = ", ".join(sorted(mesh.point_sets)) or "none"
             raise SceneError(f"specimen.{key} = {place!r}: the mesh has no such set; it has {names}")
         return np.asarray(mesh.point_sets[place])
-    _has_components(mesh, f"{key}.at" if key in ("supports", "drive") else key, place)
+    _has_components(mesh, key, place)
     distance = np.linalg.norm(mesh.points - np.asarray(place), axis=1)
     size = float(np.ptp(mesh.points, axis=0).max())
     if distance.min() > 1e-6 * size:

@@ -318,8 +318,9 @@ class Result:
         if len(self._states):
             write_file(folder / "curve.png", lambda path: plots.save_curve(self, path))
             write_file(folder / "deformed.png", lambda path: plots.save_deformed(self, path))
-        for old in (*folder.glob("frame_*.vtu"), *folder.glob("frames.pvd")):  # of an earlier run into the same folder
-            old.unlink()
+        pictures = () if len(self._states) else ("curve.png", "deformed.png")
+        for old in (*folder.glob("frame_*.vtu"), folder / "frames.pvd", *(folder / name for name in pictures)):
+            old.unlink(missing_ok=True)  # of an earlier run into the same folder
         collection = []
         for row in self.frame_rows():
             frame = self.frame(row)

@@ -129,8 +129,8 @@ class Scene:
             )
         if self.model.half and not getattr(self.specimen, "is_symmetric", False):
             raise SceneError(
-                f"model.half = true: this {kind} is not symmetric about its crack; expected a notched-beam with its notch at "
-                "mid-span, or a notched-tension, with the default crack path"
+                f"model.half = true: this {kind} is not symmetric about its crack; expected a notched-beam or "
+                "notched-beam-3d with its notch at mid-span, or a notched-tension, with the default crack path"
             )
         if self.reference is not None and not self.file(self.reference.file).is_file():
             raise SceneError(f"reference.file = {self.reference.file!r}: there is no file {self.file(self.reference.file)}")

@@ -26,6 +26,8 @@ _ELEVATION, _AZIMUTH, _ON_AXES = 22.0, 32.0, [2, 0, 1]
 #: of a crack that may be anywhere the cells are shown that are open by this part of the widest
 _SHOWN = 0.05
 _OPENING = "crack opening (mm)"
+#: of a scale, over its middle: below that its labels would need more digits than there is room for
+_LEAST_SPREAD = 1e-3
 
 
 def draw_body(figure: Figure, left: float, result: Result, warped: Array, stress: Array) -> Poly3DCollection:
@@ -76,6 +78,10 @@ def _draw(
         list(corners[..., _ON_AXES]), array=values, cmap=colours, edgecolors=(0.0, 0.0, 0.0, 0.3), linewidths=0.15
     )
     axes.add_collection3d(faces)
+    if len(values):
+        middle, spread = (values.max() + values.min()) / 2, values.max() - values.min()
+        reach = max(spread, _LEAST_SPREAD * abs(middle)) / 2
+        faces.set_clim(middle - reach, middle + reach)
     low, high = (bound[_ON_AXES] for bound in (warped.min(axis=0), warped.max(axis=0)))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="z (mm)", ylabel="x (mm)", zlabel="y (mm)")
@@ -84,7 +90,8 @@ def _draw(
         axis.set_major_locator(MaxNLocator(max(1, round(5 * length))))
         axis.labelpad = 4 + 8 * length
     axes.view_init(_ELEVATION, _AZIMUTH)
-    figure.colorbar(faces, cax=figure.add_axes((left + 0.385, 0.2, 0.012, 0.55)), label=name)
+    bar = figure.colorbar(faces, cax=figure.add_axes((left + 0.385, 0.2, 0.012, 0.55)), label=name)
+    bar.ax.ticklabel_format(useOffset=False)
     return faces
 
 

@@ -240,6 +240,7 @@ def trade(
     if scene.sizes is None:
         raise SceneError("specimen.kind = 'mesh': a trade turns the sizes of the mesh; expected a built-in specimen")
     bare = Scene({key: value for key, value in scene.data.items() if key not in ("reference", "output")}, scene.folder)
+    alone = single(bare, knobs)
     pool = executor or ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), max_tasks_per_child=1)
     waiting: list[tuple[Settings, Future[tuple[Curve, Cost]]]] = []
 
@@ -262,7 +263,7 @@ def trade(
     try:
         most = _finest(bare)
         submit({"finer": factor} for factor in (most, most / 2))  # the longest first
-        submit([{}, *single(bare, knobs)])
+        submit([{}, *alone])
         (reference, _), (half_as_fine, _) = (future.result() for _, future in waiting[:2])
         own_error = max(errors(half_as_fine, reference)[name] for name in _MEASURES)
         finest, finer, *trials = done(0)

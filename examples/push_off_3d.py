@@ -1,5 +1,6 @@
-"""The push-off test in three dimensions, and how many iterations it takes (Jefferson and Mihai 2015, Example 4: Figure 24
-and Table 4).
+"""The push-off test in three dimensions, and how many iterations it takes: Example 4 of the paper.
+
+Jefferson and Mihai (2015), Figure 24 and Table 4.
 
 The paper models this example with solid elements. The built-in scene `push-off-3d` is its block with front and back free, in
 both models: a plane of 300 x 120 mm is opened by 0.2 mm, then sheared by 2 mm while bars resist its opening; for the

@@ -63,7 +63,9 @@ class MeshSizes:
         if self.far_size < self.crack_size:
             raise ValueError(f"far_size = {self.far_size!r}: expected at least crack_size = {self.crack_size!r}")
         if self.shape not in ("triangle", "quad"):
-            raise ValueError(f"shape = {self.shape!r}: expected 'triangle' or 'quad'")
+            raise ValueError(
+                f"shape = {self.shape!r}: expected 'triangle' or 'quad', in three dimensions for tetrahedra or hexahedra"
+            )
         if self.order not in (1, 2):
             raise ValueError(f"order = {self.order!r}: expected 1 or 2")
         if self.layers is not None and not (isinstance(self.layers, int) and self.layers >= 1):
