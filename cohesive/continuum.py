@@ -179,7 +179,7 @@ class ElasticBlock:
         """Corners of the elements, (n, 4, 2) or (n, 8, 3), mm, as `longest_chord` takes them."""
         return self.points[self.cells[:, _CORNERS[self.kind.rstrip("0123456789")]]]
 
-    def volume(self) -> float:
-        """Of all elements together, mm^3."""
+    def volumes(self) -> Array:
+        """Of each element, (n,), mm^3."""
         at, weights = ELEMENTS[self.kind][1]
-        return float((self.thickness * weights[:, None] * self._gradients(at)[1]).sum())
+        return np.asarray((self.thickness * weights[:, None] * self._gradients(at)[1]).sum(axis=0))

@@ -40,7 +40,7 @@ def save_curve(result: Result, path: Path) -> None:
         _draw_reference(axes, result.reference)
     axes.plot(x, load, color="C0", label="crack band" if result.model.is_smeared else "discrete crack")
     peak = int(np.nanargmax(load))
-    axes.plot(x[peak], load[peak], "o", color="C3", markersize=4, label=f"peak {load[peak]:.4g} N")
+    axes.plot(x[peak], load[peak], "o", color="C3", markersize=4, label=f"peak {load[peak]:.5g} N")
     axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)" if both else "load (N)")
     axes.legend(frameon=False)
     for other, motion, stress, name in zip(
@@ -90,7 +90,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         _draw_reference(top, comparison.discrete.reference)
     for result, label, style in ((comparison.discrete, "discrete", "C0-"), (comparison.smeared, "smeared", "C1--")):
         what, x, load = _abscissa(result)
-        top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.4g} N")
+        top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.5g} N")
     top.axhline(0.0, color="0.5", linewidth=0.6)
     top.set(xlabel=f"{what} (mm)", ylabel="load (N)")
     top.legend(frameon=False)

@@ -10,6 +10,7 @@ import numpy as np
 from meshing.solids import Extruded
 
 from .continuum import ElasticBlock
+from .result import major_stress
 
 if TYPE_CHECKING:
     from .model import Model
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 _DEPARTURE = 10.0
 #: part of the work that no energy accounts for, beyond which a curve is not to be trusted
 _UNBALANCED = 0.05
+#: major stress in the elastic bulk, over ft, and the part of its volume beyond it, which cannot be without cracks off the path
+_OVERLOADED, _OVERLOADED_SHARE = 1.5, 0.1
 
 
 def summary(result: Result) -> str:
@@ -73,6 +76,11 @@ def warnings(result: Result) -> list[str]:
             f"warning: {100 * result.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
+    if "discrete" == result.scene.model.kind and (far := _overload(result)):
+        found.append(far)
+    locking = {block.kind for block in result.model.band} & {"triangle", "tetra"}
+    if locking:
+        found.append(f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high")
     departure = _departure(result)
     if departure > _DEPARTURE:
         found.append(
@@ -137,6 +145,20 @@ def _of_the_crack(result: Result) -> str:
     return (
         f"cracks: {damaged.sum()} damaged planes at {(count > 0).sum()} points, l_ch {lengths.min():.3g} to "
         f"{lengths.max():.3g} mm, which adds {100 * excess:.1f} % to Gf"
+    )
+
+
+def _overload(result: Result) -> str:
+    """Whether the elastic bulk carries at the peak what would crack it elsewhere."""
+    model, ft = result.model, result.scene.material.ft
+    over = np.concatenate([major_stress(stress) for stress in result.frame(int(result.history["load"].argmax())).stress]) / ft
+    volume = np.concatenate([block.volumes() for block in model.blocks])
+    share = float(volume[over > _OVERLOADED].sum() / volume.sum())
+    if share < _OVERLOADED_SHARE:
+        return ""
+    return (
+        f"warning: at the peak the bulk is pulled beyond {_OVERLOADED:g} ft in {100 * share:.0f} % of its volume, up to "
+        f"{over.max():.2g} ft; it would crack off the given path"
     )
 
 

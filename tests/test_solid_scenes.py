@@ -14,6 +14,7 @@ from cohesive import Result, Scene, SceneError, compare, run
 from cohesive.accuracy import settings_for
 from cohesive.cli import main
 from cohesive.solid_plot import outer_faces
+from cohesive.summary import warnings
 from meshing import MeshError
 from tests.solids import Solid, box
 
@@ -355,3 +356,27 @@ def test_default_sizes_follow_the_crack_surface() -> None:
     scene = Scene.load("single-crack-3d").with_(mesh={})
     assert scene.sizes is not None
     assert scene.sizes.crack_size == pytest.approx(scene.crack_area**0.5 / 12)
+
+
+def test_a_bulk_that_would_crack_is_warned_of() -> None:
+    """A small crack inside a block that is pulled until it opens: the ligament carries many times its strength."""
+    small = {"specimen.crack_radius": 15.0, "mesh.crack_size": 5.0, "mesh.far_size": 25.0, "output.frames": 0}
+    pulled = Scene.load("single-crack-3d").with_(**small, stage=[{"control": "driven", "to": 0.05, "steps": 4}])
+    (found,) = (note for note in warnings(run(pulled)) if "off the given path" in note)
+    assert "100 % of its volume" in found
+    # clamped faces at a distance of 100 mm, pulled by 0.05 mm: E 0.05 / 100 of ft, and more beside the crack
+    m = pulled.material
+    assert float(found.split("up to ")[1].split(" ft")[0]) > m.E * 0.05 / 100 / m.ft
+    assert not any("off the given path" in note for note in warnings(run(beam("notched-beam-3d", "stress"))))
+
+
+def test_first_order_tetrahedra_in_a_band_are_warned_of() -> None:
+    everywhere = {
+        "model.kind": "smeared",
+        "band.where": "everywhere",
+        "mesh.crack_size": 25.0,
+        "mesh.far_size": 50.0,
+        "specimen.gauge": 60.0,
+    }
+    scene = Scene.load("single-crack-3d").with_(**everywhere, stage=[{"control": "driven", "to": 0.001, "steps": 1}])
+    assert any("tetra elements lock" in note for note in warnings(run(scene)))
