@@ -146,6 +146,24 @@ def test_a_system_that_changed_too_much_is_factored_anew() -> None:
             either.solve((at[:0], at[:0], np.zeros(0)), np.zeros(n), np.zeros(n), 0.0, np.ones(n), 0.0)
 
 
+@pytest.mark.parametrize("kind", ["dense", "sparse"])
+def test_a_factorization_near_a_limit_point_serves_no_other_step(kind: str) -> None:
+    """One spring all but takes away what holds: the guess from there is 1e8 times too large, and so are its forces."""
+    n = 1200
+    K = sp.diags_array([np.full(n - 1, -1e3), np.full(n, 2e3 + 1.0), np.full(n - 1, -1e3)], offsets=[-1, 0, 1], format="csc")
+    stiffness = DenseStiffness(K.toarray()) if kind == "dense" else SparseStiffness(K, np.arange(n), 30)
+    at, nothing, rng = np.arange(n), np.zeros(n), np.random.default_rng(1)
+    limit = -1.0 / np.linalg.inv(K.toarray())[600, 600]
+    right = 1e-2 * rng.normal(size=n)
+    near, away = nothing.copy(), nothing.copy()
+    near[600], away[600] = (1.0 - 1e-8) * limit, 0.5 * limit
+    away[100:1000:9] += rng.uniform(0.0, 3e3, 100)
+    stiffness.solve((at, at, near), nothing, nothing, 1.0, right, 0.0)
+    found = stiffness.solve((at, at, away), nothing, nothing, 1.0, right, 0.0)[:-1]
+    # what any step keeps to: measured 40 where the size of the guess counted
+    assert np.linalg.norm(K @ found + away * found - right) < 1e-6 * np.linalg.norm(right)
+
+
 def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both kinds of stiffness, with one iteration of GMRES worth its while and with none."""
     exact = beam.with_(**{"solver.tol": 1e-11})
