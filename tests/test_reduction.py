@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+import cohesive.condensation
 import cohesive.linear
 import cohesive.reduction
 from cohesive import Scene, run
@@ -27,19 +28,20 @@ def beam() -> Scene:
     return Scene.load("notched-beam-3d").with_(**COARSE)
 
 
-def _box_to_condense(held: bool) -> tuple[sp.csc_array, Fronts, np.ndarray, np.ndarray]:
-    """Stiffness of a box in the order of elimination; its last 3 nodes stay."""
+def _box_to_condense(spring: float) -> tuple[sp.csc_array, Fronts, np.ndarray, np.ndarray]:
+    """Stiffness of a box on springs (N/mm) at all its nodes, in the order of elimination; its last 3 nodes stay. Without
+    springs there is an unknown more that nothing holds."""
     solid = box("hexahedron", (7, 5, 4), (7.0, 5.0, 4.0))
     n = solid.points.size
     block = ElasticBlock(solid.kind, solid.points, solid.cells, elasticity(3e4, 0.2, None))
     K = bulk_stiffness([block], n).tocsc()
-    if held:
-        K = K + 1e3 * sp.eye_array(n, format="csc")
+    if spring:
+        K = K + spring * sp.eye_array(n, format="csc")
     else:
-        K = sp.block_diag([K, np.zeros((1, 1))], format="csc")  # an unknown that nothing holds
+        K = sp.block_diag([K, np.zeros((1, 1))], format="csc")
     stay = np.array([0, 1, 2])
     group = nested_dissection(solid.points, [solid.cells], stay)[np.arange(K.shape[0]) // 3 % len(solid.points)]
-    if not held:
+    if not spring:
         group[-1] = 0
     order = np.argsort(group, kind="stable")
     start = np.unique(group[order], return_index=True)[1]
@@ -47,8 +49,9 @@ def _box_to_condense(held: bool) -> tuple[sp.csc_array, Fronts, np.ndarray, np.n
     return lower, Fronts.of(lower, start), order, K.toarray()
 
 
-def test_fronts_give_the_schur_complement_and_the_way_back() -> None:
-    lower, fronts, order, K = _box_to_condense(held=True)
+def test_fronts_give_the_schur_complement_and_the_way_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cohesive.condensation, "_BLOCK", 4)  # less than the 9 that stay
+    lower, fronts, order, K = _box_to_condense(spring=1e3)
     first = fronts.start[-1]
     turn = np.random.default_rng(2).normal(size=(len(order) - first, len(order) - first))
     active = np.array([1, 4, 5, 7])
@@ -80,9 +83,21 @@ def test_counted_operations_are_those_of_the_fronts() -> None:
 
 
 def test_an_unknown_that_nothing_holds() -> None:
-    lower, fronts, _, _ = _box_to_condense(held=False)
+    lower, fronts, _, _ = _box_to_condense(spring=0.0)
     with pytest.raises(ValueError, match=NOT_HELD[:20]):
         Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.arange(9))
+
+
+def test_a_body_held_by_no_more_than_rounding_is_not_held() -> None:
+    """Of elements of 3e4 N/mm, by springs that all in all are 1e-12 of that, or 1e-8: a cantilever 1000 times as long as it
+    is high has 2e-8, while the rounding of a body that nothing holds reaches 7e-13."""
+    for spring, is_held in ((1e-10, False), (1e-6, True)):
+        lower, fronts, _, _ = _box_to_condense(spring)
+        if is_held:
+            Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
+            continue
+        with pytest.raises(ValueError, match=NOT_HELD[:20]):
+            Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
 
 
 def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
