@@ -15,6 +15,9 @@ Index = NDArray[np.int64]
 #: a pivot this small beside the stiffness it began with is rounding: the body can move without a force
 _SMALLEST_PIVOT = 1e-11
 
+#: rows that are mirrored at once
+_BLOCK = 256
+
 NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
 
 
@@ -127,9 +130,10 @@ class Condensed:
             If the passive part is singular: the body is not supported.
         """
         eliminated, stays = _eliminate(K, fronts)
-        half = np.asarray(basis.T @ _symmetric(stays))
+        half = np.asarray(basis.T @ _symmetric(stays).T)  # row by row, else the product would copy it
         del stays
-        whole = np.asarray(basis.T @ half.T)
+        half = np.ascontiguousarray(half.T)
+        whole = np.asarray(basis.T @ half)
         del half
         passive = np.setdiff1d(np.arange(basis.shape[1]), active)
         blocks = [np.asfortranarray(whole[np.ix_(i, j)]) for i, j in ((passive, passive), (active, passive), (active, active))]
@@ -182,5 +186,10 @@ def _eliminate(K: sp.csc_array, fronts: Fronts) -> tuple[list[_Eliminated], Arra
 
 
 def _symmetric(lower: Array) -> Array:
-    """A matrix from its lower triangle."""
-    return np.tril(lower) + np.tril(lower, -1).T
+    """A matrix from its lower triangle, in its place: a copy may find no room."""
+    for a in range(0, len(lower), _BLOCK):
+        b = a + _BLOCK
+        own = np.tril(lower[a:b, a:b])
+        lower[a:b, a:b] = own + np.tril(own, -1).T
+        lower[a:b, b:] = lower[b:, a:b].T
+    return lower

@@ -159,9 +159,10 @@ class _Part:
 
     def reduced(self, why: str) -> Reduced:
         condensed = Condensed.eliminate(self.K, self.fronts, self.basis, self.active)
+        transform, shape = self.transform, self.shape  # not the rest, which is not needed any more
 
         def recover(v: Array) -> Array:
-            return np.asarray(self.transform @ condensed.recover(v)).reshape(self.shape)
+            return np.asarray(transform @ condensed.recover(v)).reshape(shape)
 
         return Reduced("condensed", DenseStiffness(condensed.stiffness), self.numbers, recover, why)
 

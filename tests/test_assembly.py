@@ -45,6 +45,20 @@ def test_a_loaded_point_keeps_its_jump_and_a_driven_face_does_not() -> None:
     assert support.transform.shape[1] == 4 + 3 + 1
 
 
+def test_faces_in_place_of_means_and_jumps() -> None:
+    """Also where the first node of a drive, and of a platen that turns, is at the crack."""
+    lever = np.array([1.0, -1.0])
+    base = [Tie("base", np.array([0]), X), Tie("turning", np.array([2, 0]), Y, lever=lever)]
+    made = Unknowns.build(LEADER, base, [Tie("face", np.array([1, 3, 4]), Y), Tie("push", np.array([3]), X)])
+    faces = np.array([1, 2, 4, 5])
+    transform, node, basis = made.with_faces(faces, 2)
+    np.testing.assert_allclose((transform @ basis).toarray(), made.transform.toarray(), rtol=1e-15)
+    np.testing.assert_array_equal(node[-8:], np.repeat(faces, 2))
+    np.testing.assert_array_equal(transform.toarray()[:, -8:], np.eye(12)[:, (2 * faces[:, None] + [0, 1]).ravel()])
+    # nothing but the displacements of the faces moves them: the two sides know nothing of one another
+    assert not transform.toarray()[(2 * faces[:, None] + [0, 1]).ravel(), :-8].any()
+
+
 def test_ties_along_slanted_directions() -> None:
     d = (0.6, 0.8)
     made = Unknowns.build(LEADER, [Tie("a", np.array([3]), d)], [Tie("load", np.array([0]), (-0.8, 0.6))])

@@ -237,6 +237,17 @@ def test_facets(kind: str, quadrature: str, warp: float) -> None:
 
 
 @pytest.mark.parametrize(("kind", "quadrature"), FACETS)
+def test_a_facet_resists_every_jump(kind: str, quadrature: str) -> None:
+    """Three points, enough for what is linear, would let half of the pairs of a quadratic facet part freely."""
+    points, cells = facets(kind, 0.0)
+    interface = Interface.from_cells(kind, points, cells[:1], quadrature=quadrature)
+    plus = cells[0, list(SIDES[kind][1])]
+    seen = interface.jump_operator.toarray()[:, (3 * plus[:, None] + np.arange(3)).ravel()]
+    values = np.linalg.svd(seen, compute_uv=False)
+    assert len(values) == 3 * len(plus) and values[-1] > 0.1 * values[0]  # measured 0.31 to 1
+
+
+@pytest.mark.parametrize(("kind", "quadrature"), FACETS)
 def test_uniform_traction_gives_the_forces_of_the_bulk(kind: str, quadrature: str) -> None:
     """What a patch test needs of a rule: nodal forces as the bulk's elements make them of a uniform stress."""
     name = {"wedge": "tetra", "wedge15": "tetra10", "hexahedron": "hexahedron"}[kind]

@@ -94,12 +94,13 @@ def test_held_between_two_faces_a_push_off_test_is_one_in_plane_strain(model: st
 
 
 def test_a_crack_at_right_angles_to_the_faces_is_that_of_the_plane() -> None:
-    """Of a block without a Poisson's ratio, pulled: both are uniform, whatever the mesh."""
+    """Of a block without a Poisson's ratio, pulled: both are uniform, whatever the mesh. It is not shut to 0, the corner of
+    the law: which side rounding takes there decides between 3 iterations and 10, and so on the next steps."""
     size = {"width": 40.0, "height": 40.0, "thickness": 20.0}
     data: dict[str, Any] = {
         "specimen": {"kind": "single-crack", **size}, "mesh": {"crack_size": 10.0, "far_size": 10.0},
         "material": {"preset": "reinhardt", "nu": 0.0}, "interface": {"width": 0.3}, "solver": {"tol": 1e-11},
-        "stage": [{"control": "opening", "to": [0.02, 0.0, 0.05], "steps": 6}],
+        "stage": [{"control": "opening", "to": [0.02, 0.001, 0.05], "steps": 6}],
     }  # fmt: skip
     solid = Scene(data | {"specimen": {"kind": "single-crack-3d", **size}})
     assert_same(run(solid), run(Scene(data)), 1e-8)
