@@ -377,7 +377,7 @@ def test_first_order_tetrahedra_in_a_band_are_warned_of() -> None:
         "band.where": "everywhere",
         "mesh.crack_size": 25.0,
         "mesh.far_size": 50.0,
-        "specimen.gauge": 60.0,
+        "specimen.gauge": 40.0,
     }
     scene = Scene.load("single-crack-3d").with_(**everywhere, stage=[{"control": "driven", "to": 0.001, "steps": 1}])
     assert any("tetra elements lock" in note for note in warnings(run(scene)))
