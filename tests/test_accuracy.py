@@ -163,7 +163,7 @@ def test_default_elements_divide_the_process_zone_too() -> None:
 
 def test_a_solid_borrows_from_its_own_kind() -> None:
     beam = Scene.load("notched-beam-3d")
-    choice = settings_for(beam.with_(**{"specimen.thickness": 100.0, "mesh.layers": 8}), "5%")
+    choice = settings_for(beam.with_(**{"specimen.thickness": 100.0, "mesh.layers": 8}), "10%")
     assert "carried over from the stored trade of notched-beam-3d" in choice.text
     assert choice.changes["model.half"] is True
     assert choice.changes["mesh.layers"] == 4  # half of its own; a stored number would be that of the beam there
