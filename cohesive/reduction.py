@@ -93,9 +93,8 @@ def reduce(body: Body, wanted: str) -> Reduced:
     if wanted == "condensed":
         return part.reduced("")
     room, once = _SHARE * _memory(), part.fronts.cost()[0]
-    if (
-        part.memory < room and part.iteration <= _SPARSE_IS_SLOWER * once < _SPARSE_IS_SLOWER * _LARGE
-    ):  # the whole is more work
+    is_less_work = part.iteration <= _SPARSE_IS_SLOWER * once  # which the whole takes besides
+    if part.memory < room and is_less_work and once < _LARGE:
         return part.reduced("")
     whole = _Whole.of(body)
     why = (

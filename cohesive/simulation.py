@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from meshing import MeshError, Specimen, read_band_mesh, read_mesh
+from meshing import MeshError, Specimen, front_length, read_band_mesh, read_mesh
 
 from .assembly import Points, Unknowns, bulk_stiffness
 from .continuum import BAND_COLUMNS, ElasticBlock, ElementError, elasticity
@@ -158,7 +158,7 @@ def run(
         march.notes.append(warning)
     if isinstance(scene.specimen, Specimen) and scene.specimen.is_off_the_notch():
         march.notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
-    if isinstance(scene.specimen, UserMesh) and not built.is_smeared and (length := _front(built.mesh)):
+    if isinstance(scene.specimen, UserMesh) and not built.is_smeared and (length := front_length(built.mesh)):
         march.notes.append(f"the crack surface ends inside the body along {length:.4g} mm of its edge; there is the front")
     done: list[tuple[dict[str, float], State]] = []
     clock = time.perf_counter()
@@ -265,20 +265,6 @@ def _check_stages(scene: Scene, problem: Problem, width: float) -> None:
                 f"stage.0.control = '{first.control}': the drive does not change it while the body is elastic; expected a "
                 "gauge for the specimen (without one the mean jump over the crack is measured), or another control"
             )
-
-
-def _front(mesh: meshio.Mesh) -> float:
-    """Length of the edge of a crack surface that is not split, mm; 0 in the plane."""
-    if mesh.points.shape[1] == 2:
-        return 0.0
-    original: Index = mesh.point_data["original"]
-    corners = 4 if mesh.cells[-1].type == "hexahedron" else 3
-    facets = original[mesh.cells[-1].data[:, :corners]]
-    edges = np.sort(np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    edges, uses = np.unique(edges, axis=0, return_counts=True)
-    is_whole = np.bincount(original)[edges] == 1
-    ends = mesh.points[edges[(uses == 1) & is_whole.all(axis=1)]]
-    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
 
 
 def _clean(operator: sp.csr_array) -> sp.csr_array:

@@ -11,9 +11,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from meshing.star import Star
-
-from .interface import SIDES
+from meshing.star import Star, n_corners
 
 if TYPE_CHECKING:
     from .result import Frame, Result
@@ -45,8 +43,8 @@ def draw_crack(figure: Figure, left: float, result: Result, frame: Frame, warped
     model, opening = result.model, frame.cracks["opening"]
     if model.cracks.faces is not None:
         block = model.mesh.cells[-1]
-        minus = [node for node in SIDES[block.type][0] if node < (4 if block.type == "hexahedron" else 3)]
-        return _draw(figure, left, warped, warped[block.data[:, minus]], opening, _OPENING, "plasma")
+        minus = block.data[:, : n_corners(block.type)]
+        return _draw(figure, left, warped, warped[minus], opening, _OPENING, "plasma")
     shown = opening > _SHOWN * max(opening.max(initial=0.0), 1e-300)
     first, blocks, values = 0, [], []
     for block in model.band:

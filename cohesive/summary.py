@@ -76,8 +76,8 @@ def warnings(result: Result) -> list[str]:
             f"warning: {100 * result.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    if "discrete" == result.scene.model.kind and (far := _overload(result)):
-        found.append(far)
+    if not result.model.is_smeared and (overload := _overload(result)):
+        found.append(overload)
     locking = {block.kind for block in result.model.band} & {"triangle", "tetra"}
     if locking:
         found.append(f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high")
@@ -149,9 +149,10 @@ def _of_the_crack(result: Result) -> str:
 
 
 def _overload(result: Result) -> str:
-    """Whether the elastic bulk carries at the peak what would crack it elsewhere."""
+    """Whether the elastic bulk carries at the peak what would crack it elsewhere, in words."""
     model, ft = result.model, result.scene.material.ft
-    over = np.concatenate([major_stress(stress) for stress in result.frame(int(result.history["load"].argmax())).stress]) / ft
+    frame = result.frame(int(result.history["load"].argmax()))
+    over = np.concatenate([major_stress(stress) for stress in frame.stress]) / ft
     volume = np.concatenate([block.volumes() for block in model.blocks])
     share = float(volume[over > _OVERLOADED].sum() / volume.sum())
     if share < _OVERLOADED_SHARE:

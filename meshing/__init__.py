@@ -3,7 +3,7 @@
 from .band import mesh_band
 from .band_reader import read_band_mesh
 from .base import PlaneSpecimen, Specimen
-from .cracks import insert_cracks
+from .cracks import front_length, insert_cracks
 from .errors import MeshError
 from .plane import Body, MeshSizes, mesh_body, mesh_polygon
 from .reader import read_mesh
@@ -25,6 +25,7 @@ __all__ = [
     "SingleCrack",
     "SingleCrack3D",
     "Specimen",
+    "front_length",
     "insert_cracks",
     "mesh_band",
     "mesh_body",

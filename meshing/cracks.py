@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import MeshError
-from .star import CRACK_CELLS, EDGES, FACES, FACETS, Blocks, Star
+from .star import CRACK_CELLS, EDGES, FACES, FACETS, Blocks, Star, n_corners
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -263,3 +263,17 @@ def _sides(star: Star, path: Index, points: Array) -> tuple[Index, Index]:
         here = as_text(points[path[i]].mean(axis=0))
         raise MeshError(f"the crack {word} runs {where} at {here}: expected a {word} inside the body")
     return minus, plus
+
+
+def front_length(mesh: meshio.Mesh) -> float:
+    """Length of the edge of a crack surface that is not split, mm; 0 in the plane."""
+    if mesh.points.shape[1] == 2:
+        return 0.0
+    original: Index = mesh.point_data["original"]
+    crack = mesh.cells[-1]
+    facets = original[crack.data[:, : n_corners(crack.type)]]
+    edges = np.sort(np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges, uses = np.unique(edges, axis=0, return_counts=True)
+    is_whole = np.bincount(original)[edges] == 1
+    ends = mesh.points[edges[(uses == 1) & is_whole.all(axis=1)]]
+    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())

@@ -47,7 +47,7 @@ meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 
 def n_corners(kind: str) -> int:
-    """Corners of a facet of a cell type."""
+    """Corners of a facet of a cell type; of a crack cell, of either side of it."""
     return 2 if kind in EDGES else 4 if kind == "hexahedron" else 3
 
 
