@@ -4,35 +4,55 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .comparison import Comparison, compare
-    from .concrete import Concrete
-    from .crackplane import CrackPlane
-    from .linear import NotConverged
-    from .result import Result
-    from .scene import Scene, SceneError
+    from .errors import NotConverged, SceneError
+    from .law.concrete import Concrete
+    from .law.crack_plane import CrackPlane
+    from .results.result import Result
+    from .scenes.scene import Scene
     from .simulation import run
+    from .studies.accuracy import settings_for
+    from .studies.compare import Comparison, compare
+    from .studies.trade import trade
 
-__all__ = ["Comparison", "Concrete", "CrackPlane", "NotConverged", "Result", "Scene", "SceneError", "compare", "run"]
+__all__ = [
+    "Comparison",
+    "Concrete",
+    "CrackPlane",
+    "NotConverged",
+    "Result",
+    "Scene",
+    "SceneError",
+    "compare",
+    "run",
+    "settings_for",
+    "trade",
+]
 
 #: where each name lives; it is loaded when it is first asked for
 _HOME = {
-    "Comparison": "comparison",
-    "Concrete": "concrete",
-    "CrackPlane": "crackplane",
-    "NotConverged": "linear",
-    "Result": "result",
-    "Scene": "scene",
-    "SceneError": "scene",
-    "compare": "comparison",
+    "Comparison": "studies.compare",
+    "Concrete": "law.concrete",
+    "CrackPlane": "law.crack_plane",
+    "NotConverged": "errors",
+    "Result": "results.result",
+    "Scene": "scenes.scene",
+    "SceneError": "errors",
+    "compare": "studies.compare",
     "run": "simulation",
+    "settings_for": "studies.accuracy",
+    "trade": "studies.trade",
 }
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version  # slow to import
+
+        return version("cohesive-cracks")
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f".{_HOME[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, "__version__"})

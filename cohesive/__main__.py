@@ -9,7 +9,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from types import FrameType
 
-from .processes import place
+from .algebra.petsc.ranks import place
 
 #: seconds after which a process tells of an error that process 0 has not told by then
 _PATIENCE = 5.0
@@ -33,7 +33,7 @@ def main() -> int:
 
     signal.signal(signal.SIGTERM, terminate)
     try:
-        from .cli import main as command_line
+        from .commands.cli import main as command_line
 
         status = command_line()
     except KeyboardInterrupt as error:
@@ -48,7 +48,7 @@ def _other_than_0(number: int) -> int:
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
     with redirect_stdout(StringIO()), redirect_stderr(StringIO()) as said:
-        from .cli import main as command_line
+        from .commands.cli import main as command_line
 
         try:
             status = command_line()

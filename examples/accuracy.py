@@ -20,11 +20,11 @@ from pathlib import Path
 from typing import Any
 
 from cohesive import Scene, run
-from cohesive.accuracy import settings_for
-from cohesive.curves import Curve, curve_of
-from cohesive.knobs import changes
-from cohesive.plots import new_figure, save
-from cohesive.trade import errors
+from cohesive.results.figures import new_figure, save
+from cohesive.studies.accuracy import settings_for
+from cohesive.studies.curves import Curve, curve_of
+from cohesive.studies.parameters import changes
+from cohesive.studies.trade import errors
 from examples.command import command
 
 

@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane, NotConverged, Result, Scene, run
-from cohesive.plots import new_figure, save
+from cohesive.results.figures import new_figure, save
 from examples.command import command
 from examples.jacobsen import OPENINGS, along, nominal_path, point_peak
 from examples.reinhardt import plate

@@ -26,9 +26,9 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from cohesive import Concrete, CrackPlane, Scene
-from cohesive.linear import SparseStiffness
-from cohesive.loading import March
-from cohesive.simulation import build
+from cohesive.algebra.bordered import SparseStiffness
+from cohesive.model.build import build
+from cohesive.solver.march import March
 
 #: crack_size, far_size, shape, order, model
 Size = tuple[float, float, str, int, str]

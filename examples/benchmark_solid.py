@@ -15,9 +15,9 @@ import time
 from collections.abc import Mapping
 
 from cohesive import Scene
-from cohesive.linear import DenseStiffness
-from cohesive.loading import March
-from cohesive.simulation import build
+from cohesive.algebra.bordered import DenseStiffness
+from cohesive.model.build import build
+from cohesive.solver.march import March
 from examples.benchmark import Row, apart, elastic_solve, memory, table
 
 #: crack_size, far_size, layers

@@ -34,8 +34,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane, Scene, run
-from cohesive.plots import new_figure, save
-from cohesive.responses import closing
+from cohesive.results.figures import new_figure, save
+from cohesive.studies.law_responses import closing
 from examples.command import command
 
 Array = NDArray[np.float64]

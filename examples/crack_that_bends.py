@@ -26,7 +26,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
-from cohesive.plots import new_figure, save
+from cohesive.results.figures import new_figure, save
 from examples.command import command
 
 Array = NDArray[np.float64]

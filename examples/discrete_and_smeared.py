@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, run
-from cohesive.plots import new_figure, save
+from cohesive.results.figures import new_figure, save
 from examples.command import command
 
 

@@ -36,7 +36,7 @@ from matplotlib.patches import Patch, Rectangle
 from tqdm import tqdm
 
 from cohesive import Concrete, NotConverged, Result, Scene, SceneError, run
-from cohesive.plots import new_figure, save
+from cohesive.results.figures import new_figure, save
 from examples.command import command
 from meshing import MeshError
 

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
-from cohesive.plots import new_figure, save
-from cohesive.responses import follow
+from cohesive.results.figures import new_figure, save
+from cohesive.studies.law_responses import follow
 from examples.command import command
 
 Array = NDArray[np.float64]

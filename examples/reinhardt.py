@@ -34,8 +34,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
-from cohesive.curves import Pair, curve_of
-from cohesive.plots import new_figure, save
+from cohesive.results.figures import new_figure, save
+from cohesive.studies.curves import Pair, curve_of
 from examples.command import command
 
 Array = NDArray[np.float64]

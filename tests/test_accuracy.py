@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from cohesive import Scene, SceneError, run
-from cohesive.accuracy import parse, settings_for, stored
-from cohesive.cli import main
-from cohesive.curves import curve_of
-from cohesive.knobs import changes
-from cohesive.scene import dump_toml
-from cohesive.trade import Cost, Trade, Trial, errors
+from cohesive.commands.cli import main
+from cohesive.scenes.scene import dump_toml
+from cohesive.studies.accuracy import parse, settings_for, stored
+from cohesive.studies.curves import curve_of
+from cohesive.studies.parameters import changes
+from cohesive.studies.trade import Cost, Trade, Trial, errors
 from tests.conftest import OF_A_FILE
 
 BEAM = Scene.load("notched-beam")

@@ -139,7 +139,7 @@ def test_growing_damage_creates_no_energy_either(name: str, width: float) -> Non
     step = 1e-4 * Z
 
     def energy(history: Array) -> Array:
-        from cohesive.asperities import _solve, _total
+        from cohesive.law.potential_contact import _solve, _total
 
         psi = np.zeros(len(jump))
         at = np.flatnonzero(law.contact_distance(jump, history)[0] < law.contact_reach(history))
@@ -235,7 +235,7 @@ def test_a_local_iteration_that_fails_is_a_step_that_fails(monkeypatch: pytest.M
 
     def fail_from_now_on(step: object, row: dict[str, float]) -> None:
         if row["step"] == 5:
-            monkeypatch.setattr("cohesive.asperities._ITERATIONS", 0)
+            monkeypatch.setattr("cohesive.law.potential_contact._ITERATIONS", 0)
 
     with pytest.raises(NotConverged, match="no contact found for the jump") as stopped:
         run(cyclic, on_step=fail_from_now_on)

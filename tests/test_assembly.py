@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cohesive.assembly import Tie, Unknowns
-from cohesive.dissection import nested_dissection
+from cohesive.algebra.dissection import nested_dissection
+from cohesive.algebra.unknowns import Tie, Unknowns
 
 X, Y = (1.0, 0.0), (0.0, 1.0)
 #: nodes 0 to 3; 4 and 5 are copies of 1 and 2

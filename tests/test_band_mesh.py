@@ -25,7 +25,7 @@ from meshing import (
 
 Array = NDArray[np.float64]
 
-SCENE = Path(meshing.__file__).parents[1] / "cohesive" / "scenes" / "notched-beam.toml"
+SCENE = Path(meshing.__file__).parents[1] / "cohesive" / "scenes" / "builtin" / "notched-beam.toml"
 
 
 def beam(**changes: Any) -> NotchedBeam:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cohesive import NotConverged, Result, Scene, run
-from cohesive.solver import MAX_ITERATIONS
+from cohesive.solver.newton import MAX_ITERATIONS
 from meshing import MeshError
 from tests.conftest import block
 from tests.test_simulation import same
@@ -227,7 +227,7 @@ def test_a_failure_names_where_and_keeps_the_run(beam: Scene, monkeypatch: pytes
 
     def spoil(step: Any, row: dict[str, float]) -> None:
         if row["step"] == 8:
-            monkeypatch.setattr("cohesive.crackband.MAX_ITERATIONS", 0)
+            monkeypatch.setattr("cohesive.cracks.band_iteration.MAX_ITERATIONS", 0)
 
     with pytest.raises(
         NotConverged, match=r"stage 1: the step from opening = .* point\(s\) have no solution .* at \("

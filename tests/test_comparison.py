@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from cohesive import Comparison, Scene, compare, run
-from cohesive.cli import main
-from cohesive.comparison import _along
-from cohesive.continuum import ELEMENTS
-from cohesive.simulation import build
+from cohesive.commands.cli import main
+from cohesive.elements.bulk import ELEMENTS
+from cohesive.model.build import build
+from cohesive.studies.compare import _along
 from examples import discrete_and_smeared, sandwich_panel
 from tests.conftest import block
 
@@ -127,7 +127,7 @@ def fine_beam(**changes: object) -> tuple[float, float]:
 
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
-    monkeypatch.setattr("cohesive.model._centre_line", lambda n, d: ELEMENTS["quad"][1])
+    monkeypatch.setattr("cohesive.model.cracks._centre_line", lambda n, d: ELEMENTS["quad"][1])
     locked_peak, locked_energy = fine_beam()
     assert locked_peak > 1.03 * peak and locked_energy > 1.1 * energy
 
@@ -135,7 +135,7 @@ def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatc
 def test_a_new_plane_turns_at_will_where_the_principal_stresses_are_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     energies = [fine_beam(**{"stage.0.steps": steps})[1] for steps in (60, 120)]
     assert energies[1] == pytest.approx(energies[0], rel=2e-3)
-    monkeypatch.setattr("cohesive.crackband._ALIGNED", -np.inf)  # never as good as the major one
+    monkeypatch.setattr("cohesive.cracks.band_points._ALIGNED", -np.inf)  # never as good as the major one
     turned = fine_beam(**{"stage.0.steps": 120})[1]
     assert turned > 1.02 * energies[1]
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from cohesive import Concrete
-from cohesive.concrete import PRESETS
+from cohesive.law.concrete import PRESETS
 
 
 def test_derived_values() -> None:

@@ -12,10 +12,11 @@ import pytest
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
-from cohesive.continuum import elasticity
-from cohesive.crackband import BandState, CrackBand
-from cohesive.planes import longest_chord, stress_tensor, stress_transformation
-from cohesive.pointlaw import PointFailure
+from cohesive.cracks.band_points import BandState, CrackBand
+from cohesive.elements.bulk import elasticity
+from cohesive.elements.chords import longest_chord
+from cohesive.elements.rotations import stress_tensor, stress_transformation
+from cohesive.errors import PointFailure
 
 Array = NDArray[np.float64]
 
@@ -359,7 +360,7 @@ def test_a_failure_names_the_point(monkeypatch: pytest.MonkeyPatch) -> None:
     law = band(angle=ANGLES)
     start = follow(law, law.initial(), [0.1 * Zm / 20, 0, 0])
     strain = start.deformation + np.eye(5)[:, [3]] * [0.2, 0.1, 0.2] * Zm / 20
-    monkeypatch.setattr("cohesive.crackband.MAX_ITERATIONS", 0)
+    monkeypatch.setattr("cohesive.cracks.band_iteration.MAX_ITERATIONS", 0)
     with pytest.raises(PointFailure, match=r"1 point\(s\) have no solution") as caught:
         law.update(strain, start)
     assert caught.value.point == 3

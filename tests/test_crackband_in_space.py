@@ -12,10 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from cohesive import CrackPlane
-from cohesive.continuum import elasticity
-from cohesive.crackband import BandState, CrackBand, _Group, _groups
-from cohesive.planes import PAIRS, longest_chord, stress_tensor, stress_transformation
-from cohesive.pointlaw import PointFailure
+from cohesive.cracks.band_iteration import Group, groups
+from cohesive.cracks.band_points import BandState, CrackBand
+from cohesive.elements.bulk import elasticity
+from cohesive.elements.chords import longest_chord
+from cohesive.elements.rotations import PAIRS, stress_tensor, stress_transformation
+from cohesive.errors import PointFailure
 from tests.solids import rotation
 from tests.test_crackband import CONCRETE, FT, YIELD, Zm, advance, check, follow
 from tests.test_crackband import band as plane_band
@@ -124,8 +126,8 @@ def test_open_planes_share_their_shear(planes: int, rank: int) -> None:
         before, state = state, follow(law, state, turned(leg, TURNS[1:2]))
         check(law, state)
     assert len(state.cracks.point) == planes
-    ((points, numbers),) = _groups(state.cracks.point)
-    group = _Group(law, state.cracks, numbers, state.deformation[points])
+    ((points, numbers),) = groups(state.cracks.point)
+    group = Group(law, state.cracks, numbers, state.deformation[points])
     group.e = state.cracks.strain[numbers].reshape(1, -1)
     M = group._matrix(group._at(group.e, group.strain, np.array([0]))[1], np.array([0]))[0]
     values = np.linalg.svd(M)[1]

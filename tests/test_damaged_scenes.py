@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from cohesive import NotConverged, Scene, SceneError, run
-from cohesive.scene import built_in
+from cohesive.scenes.scene import built_in
 from meshing import MeshError
 
 VALUES: list[Any] = [

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cohesive.continuum import ElasticBlock, ElementError, elasticity
-from cohesive.interface import Interface
-from cohesive.simulation import build
-from cohesive.solver import advance
+from cohesive.elements.bulk import ElasticBlock, elasticity
+from cohesive.elements.interface import Interface
+from cohesive.errors import ElementError
+from cohesive.model.build import build
+from cohesive.solver.newton import advance
 from tests.conftest import block
 
 Array = NDArray[np.float64]

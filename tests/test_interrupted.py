@@ -14,25 +14,26 @@ from pathlib import Path
 
 import pytest
 
-import cohesive.plots
-import cohesive.reduction
-import cohesive.result
+import cohesive.algebra.choice
+import cohesive.results.figures
+import cohesive.results.files
+import cohesive.results.result
 import cohesive.simulation
-import cohesive.solver
+import cohesive.solver.newton
 import meshing.plane
 from cohesive import Scene, SceneError, run
 from cohesive.__main__ import main
-from cohesive.result import COLUMNS
+from cohesive.results.columns import COLUMNS
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
 
 #: where a run is when the signal comes: module, function, and which call of it
 PLACES = {
     "meshing": (meshing.plane, "generate", 1),
-    "condensation": (cohesive.reduction, "nested_dissection", 1),
-    "the first step": (cohesive.solver, "_newton", 1),
-    "Newton": (cohesive.solver, "_newton", 8),
-    "the pictures": (cohesive.plots, "save_deformed", 1),
+    "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
+    "the first step": (cohesive.solver.newton, "_newton", 1),
+    "Newton": (cohesive.solver.newton, "_newton", 8),
+    "the pictures": (cohesive.results.figures, "save_deformed", 1),
     "renaming a file": (os, "replace", 4),
 }
 
@@ -111,9 +112,9 @@ def test_a_signal_ends_a_run_and_keeps_its_history(
     ("place", "discrete", "smeared"),
     [
         ((meshing.plane, "generate", 1), False, False),
-        ((cohesive.solver, "_newton", 8), True, False),
-        ((cohesive.reduction, "nested_dissection", 2), True, False),  # the second model, before its first step
-        ((cohesive.solver, "_newton", 30), True, True),
+        ((cohesive.solver.newton, "_newton", 8), True, False),
+        ((cohesive.algebra.choice, "nested_dissection", 2), True, False),  # the second model, before its first step
+        ((cohesive.solver.newton, "_newton", 30), True, True),
     ],
 )
 def test_a_signal_ends_a_comparison(
@@ -169,7 +170,7 @@ def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(path: Path, mode: str, buffering: int) -> FullDisk:
         return FullDisk(open(path, mode, buffering), 1000)
 
-    monkeypatch.setattr(cohesive.result, "open", full, raising=False)
+    monkeypatch.setattr(cohesive.results.files, "open", full, raising=False)
 
 
 @pytest.mark.usefixtures("full_disk")
@@ -204,7 +205,7 @@ def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
         path.touch()
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(cohesive.result, "write_text", refuse)
+    monkeypatch.setattr(cohesive.results.result, "write_text", refuse)
     assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 2
     out, err = capsys.readouterr()
     assert "peak load:" in out  # the numbers are told, whatever became of the files
@@ -219,7 +220,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
     def read_only(**named: object) -> object:
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
-    monkeypatch.setattr(cohesive.result.tempfile, "TemporaryFile", read_only)
+    monkeypatch.setattr(cohesive.results.files.tempfile, "TemporaryFile", read_only)
     monkeypatch.setattr(meshing.plane, "generate", lambda *_: pytest.fail("meshed"))
     for name in ("run", "compare"):
         assert command(name, "notched-beam", "-o", str(tmp_path / name), *QUICK) == 2

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from cohesive import Scene
-from cohesive.knobs import changes, label, problem, single
-from cohesive.model import default_width
-from cohesive.scene import built_in
+from cohesive.model.cracks import default_width
+from cohesive.scenes.scene import built_in
+from cohesive.studies.parameters import changes, label, problem, single
 
 BEAM = Scene.load("notched-beam")
 TWICE = BEAM.with_(**{f"specimen.{name}": 2.0 * getattr(BEAM.specimen, name)

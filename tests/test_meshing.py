@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from cohesive.continuum import ElasticBlock, elasticity
+from cohesive.elements.bulk import ElasticBlock, elasticity
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack, insert_cracks, mesh_polygon, read_mesh
 from meshing.cracks import edges_on_path, mirror_cracks
 

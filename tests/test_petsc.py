@@ -18,10 +18,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from cohesive import NotConverged, Scene, SceneError, petsc, run
-from cohesive.cli import main
-from cohesive.processes import place
-from cohesive.scene import dump_toml
+from cohesive import NotConverged, Scene, SceneError, run
+from cohesive.algebra.petsc import stiffness
+from cohesive.algebra.petsc.ranks import place
+from cohesive.commands.cli import main
+from cohesive.scenes.scene import dump_toml
 
 #: starts two processes
 Start = Callable[..., subprocess.Popen[str]]
@@ -78,19 +79,19 @@ def test_petsc_is_scipy(name: str) -> None:
 @needs_petsc
 def test_a_factor_serves_several_iterations(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     fresh: list[bool] = []
-    both = petsc._Share._both
+    both = stiffness._Share._both
 
-    def counted(self: petsc._Share, right: np.ndarray, load: np.ndarray, is_fresh: bool) -> np.ndarray | None:
+    def counted(self: stiffness._Share, right: np.ndarray, load: np.ndarray, is_fresh: bool) -> np.ndarray | None:
         fresh.append(is_fresh)
         return both(self, right, load, is_fresh)
 
-    monkeypatch.setattr(petsc._Share, "_both", counted)
+    monkeypatch.setattr(stiffness._Share, "_both", counted)
     result = run(exact(beam, "petsc"))
     assert 1 < sum(fresh) < 0.7 * result.iterations
 
 
-def small(matrix: np.ndarray) -> petsc.PetscStiffness:
-    return petsc.PetscStiffness(sp.csc_array(matrix))
+def small(matrix: np.ndarray) -> stiffness.PetscStiffness:
+    return stiffness.PetscStiffness(sp.csc_array(matrix))
 
 
 @needs_petsc
@@ -129,8 +130,8 @@ def test_without_the_package_the_run_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.setitem(sys.modules, "petsc4py", None)
-    petsc._petsc.cache_clear()
-    petsc.solver_type.cache_clear()
+    stiffness._petsc.cache_clear()
+    stiffness.solver_type.cache_clear()
     assert main(["run", "single-crack", "-o", str(tmp_path), "--set", "solver.reduction=petsc"]) == 2
     err = capsys.readouterr().err
     assert err.startswith("cohesive: solver.reduction = 'petsc' needs the package petsc4py") and len(err.splitlines()) == 1
@@ -147,11 +148,11 @@ def test_without_a_parallel_solver_several_processes_are_refused(monkeypatch: py
         class COMM_WORLD:
             getSize = staticmethod(lambda: 3)
 
-    monkeypatch.setattr(petsc, "_petsc", Alone)
+    monkeypatch.setattr(stiffness, "_petsc", Alone)
     with pytest.raises(SceneError, match=r"on 3 processes: this PETSc was built without a parallel direct solver; expected"):
-        petsc.solver_type.__wrapped__()
+        stiffness.solver_type.__wrapped__()
     monkeypatch.setattr(Alone.COMM_WORLD, "getSize", lambda: 1)
-    assert petsc.solver_type.__wrapped__() == "petsc"
+    assert stiffness.solver_type.__wrapped__() == "petsc"
 
 
 @pytest.mark.parametrize("names", [("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"), ("PMI_RANK", "PMI_SIZE")])

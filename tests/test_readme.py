@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cohesive import Scene
-from cohesive.cli import main
-from cohesive.result import COLUMNS
+from cohesive.commands.cli import main
+from cohesive.results.columns import COLUMNS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -9,17 +9,18 @@ import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-import cohesive.condensation
-import cohesive.linear
-import cohesive.reduction
+import cohesive.algebra.bordered
+import cohesive.algebra.choice
+import cohesive.algebra.condensation
+import cohesive.model.build
 import cohesive.simulation
 from cohesive import Scene, run
-from cohesive.assembly import bulk_stiffness
-from cohesive.condensation import NOT_HELD, Condensed, Fronts
-from cohesive.continuum import ElasticBlock, elasticity
-from cohesive.dissection import nested_dissection
-from cohesive.linear import DenseStiffness, SparseStiffness
-from cohesive.simulation import build
+from cohesive.algebra.bordered import DenseStiffness, SparseStiffness
+from cohesive.algebra.bulk_matrix import bulk_stiffness
+from cohesive.algebra.condensation import NOT_HELD, Condensed, Fronts
+from cohesive.algebra.dissection import nested_dissection
+from cohesive.elements.bulk import ElasticBlock, elasticity
+from cohesive.model.build import build
 from tests.solids import box
 
 COARSE = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 6, "output.frames": 0}
@@ -52,7 +53,7 @@ def _box_to_condense(spring: float) -> tuple[sp.csc_array, Fronts, np.ndarray, n
 
 
 def test_fronts_give_the_schur_complement_and_the_way_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cohesive.condensation, "_BLOCK", 4)  # less than the 9 that stay
+    monkeypatch.setattr(cohesive.algebra.condensation, "_BLOCK", 4)  # less than the 9 that stay
     lower, fronts, order, K = _box_to_condense(spring=1e3)
     first = fronts.start[-1]
     turn = np.random.default_rng(2).normal(size=(len(order) - first, len(order) - first))
@@ -190,8 +191,8 @@ def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pyte
     exact = beam.with_(**{"solver.tol": 1e-11})
     found = {}
     for fewest in (1, 10**9):
-        monkeypatch.setattr(cohesive.linear, "_FEWEST", fewest)
-        monkeypatch.setattr(cohesive.linear, "_DENSE_WORTH", 2)
+        monkeypatch.setattr(cohesive.algebra.bordered, "_FEWEST", fewest)
+        monkeypatch.setattr(cohesive.algebra.bordered, "_DENSE_WORTH", 2)
         for kind in ("condensed", "none"):
             found[fewest, kind] = run(exact.with_(**{"solver.reduction": kind}))
     reference = found[10**9, "condensed"]
@@ -206,15 +207,15 @@ def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pyte
 def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a block whose crack is most of what there is, so that little but what is counted matters."""
     scene = Scene.load("single-crack-3d").with_(**{"mesh.crack_size": 8.0, "mesh.far_size": 40.0})
-    bodies: list[cohesive.reduction.Body] = []
+    bodies: list[cohesive.algebra.choice.Body] = []
 
-    def caught(body: cohesive.reduction.Body, wanted: str) -> cohesive.reduction.Reduced:
+    def caught(body: cohesive.algebra.choice.Body, wanted: str) -> cohesive.algebra.choice.Reduced:
         bodies.append(body)
-        return cohesive.reduction.reduce(body, wanted)
+        return cohesive.algebra.choice.reduce(body, wanted)
 
-    monkeypatch.setattr(cohesive.simulation, "reduce", caught)
+    monkeypatch.setattr(cohesive.model.build, "reduce", caught)
     build(scene)
-    part, whole = cohesive.reduction._Part.of(bodies[0]), cohesive.reduction._Whole.of(bodies[0])
+    part, whole = cohesive.algebra.choice._Part.of(bodies[0]), cohesive.algebra.choice._Whole.of(bodies[0])
     tracemalloc.start()
     reduced = part.reduced("")
     taken = tracemalloc.get_traced_memory()[1]
@@ -232,19 +233,19 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     model = build(beam)
     assert model.reduced.kind == "condensed" and model.reduced.why == ""  # nothing to weigh: 50 unknowns of 1000
-    monkeypatch.setattr(cohesive.reduction, "_SPARSE_IS_SLOWER", 1e-4)
+    monkeypatch.setattr(cohesive.algebra.choice, "_SPARSE_IS_SLOWER", 1e-4)
     model = build(beam)
     assert model.reduced.kind == "none" and "times the work" in model.reduced.why
-    monkeypatch.setattr(cohesive.reduction, "_SPARSE_IS_SLOWER", 10.0)
-    monkeypatch.setattr(cohesive.reduction, "_LARGE", 1.0)
+    monkeypatch.setattr(cohesive.algebra.choice, "_SPARSE_IS_SLOWER", 10.0)
+    monkeypatch.setattr(cohesive.algebra.choice, "_LARGE", 1.0)
     result = run(beam)
     assert result.model.reduced.kind == "condensed" and "eliminated once (condensed " in result.summary()
     # where the dense matrix finds no room; where neither does, the smaller one
-    part, whole = cohesive.reduction._Part, cohesive.reduction._Whole
+    part, whole = cohesive.algebra.choice._Part, cohesive.algebra.choice._Whole
     monkeypatch.setattr(part, "memory", property(lambda self: 2e9))
     monkeypatch.setattr(whole, "memory", property(lambda self: 1e9))
     for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
-        monkeypatch.setattr(cohesive.reduction, "_memory", lambda available=available: available)
+        monkeypatch.setattr(cohesive.algebra.choice, "_memory", lambda available=available: available)
         model = build(beam)
         assert model.reduced.kind == "none" and model.reduced.why.startswith("condensed 2 GB, else 1 GB")
         assert ("'petsc'" in model.reduced.why) == hint

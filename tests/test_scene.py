@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from cohesive import Scene, SceneError, run
-from cohesive.cli import main
-from cohesive.scene import built_in, dump_toml
+from cohesive.commands.cli import main
+from cohesive.scenes.scene import built_in, dump_toml
 from meshing import MeshError
 
 BEAM = Scene.load("notched-beam").data

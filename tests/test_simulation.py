@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 from cohesive import NotConverged, Result, Scene, run
-from cohesive.model import default_width
-from cohesive.simulation import build
-from cohesive.solver import advance
-from cohesive.summary import warnings
+from cohesive.model.build import build
+from cohesive.model.cracks import default_width
+from cohesive.results.report import warnings
+from cohesive.solver.newton import advance
 from meshing import MeshSizes, SingleCrack
 from tests.conftest import block
 
@@ -224,7 +224,7 @@ def test_an_event_on_the_way_back_ends_the_stage_there(name: str, value: float) 
 
 def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatch: pytest.MonkeyPatch) -> None:
     """A failure there is not that of a crack which sets energy free: dissipation lies the other way."""
-    from cohesive import loading
+    from cohesive.solver import march as loading
 
     def fail(problem: Any, start: Any, control: str, *rest: Any, **more: Any) -> Any:
         if control == "driven" and start.driven <= -0.002:
@@ -293,7 +293,7 @@ def test_a_crack_that_carries_nothing_for_a_moment_is_not_separated() -> None:
 def test_steps_are_cut_and_recover(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """One huge step far beyond the peak, in few iterations: whatever it takes, the end is that of small steps."""
     fine = run(beam.with_(**{"stage.0.steps": 40, "stage.0.to": 0.1}))
-    monkeypatch.setattr("cohesive.solver.MAX_ITERATIONS", 4)
+    monkeypatch.setattr("cohesive.solver.newton.MAX_ITERATIONS", 4)
     coarse = run(beam.with_(**{"stage.0.steps": 4, "stage.0.to": 0.1}))
     assert coarse.history["cuts"].sum() >= 2
     assert (np.diff(coarse.history["opening"]) > 0).all()
@@ -330,7 +330,9 @@ def test_the_line_search_is_needed_and_enough(monkeypatch: pytest.MonkeyPatch) -
     scene = block(interface__width=0.05, solver__tol=1e-4)
     stages = [{"control": "opening", "to": 0.1, "steps": 20}, {"control": "load", "to": -40e3, "steps": 1}]
     assert run(scene.with_(stage=stages)).history["cuts"].sum() == 0
-    monkeypatch.setattr("cohesive.solver._search", lambda at, now, step: (at(now.v + step[:-1], now.load + step[-1]), 1.0))
+    monkeypatch.setattr(
+        "cohesive.solver.newton._search", lambda at, now, step: (at(now.v + step[:-1], now.load + step[-1]), 1.0)
+    )
     with pytest.raises((AssertionError, NotConverged)):
         assert run(scene.with_(stage=stages)).history["cuts"].sum() == 0
 
@@ -390,10 +392,10 @@ def test_a_load_beyond_the_largest_one_fails_and_says_what_helps(beam: Scene) ->
 
 
 def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("cohesive.solver.MAX_ITERATIONS", 2)  # enough for elastic steps only
-    monkeypatch.setattr("cohesive.loading.SMALLEST_STEP", 0.3)
-    monkeypatch.setattr("cohesive.solver.SETTLING_STEPS", 0)
-    monkeypatch.setattr("cohesive.loading.MOTIONS", ())  # no way back by dissipation either
+    monkeypatch.setattr("cohesive.solver.newton.MAX_ITERATIONS", 2)  # enough for elastic steps only
+    monkeypatch.setattr("cohesive.solver.march.SMALLEST_STEP", 0.3)
+    monkeypatch.setattr("cohesive.solver.snap.SETTLING_STEPS", 0)
+    monkeypatch.setattr("cohesive.solver.march.MOTIONS", ())  # no way back by dissipation either
     with pytest.raises(NotConverged, match=r"stage 1: the step from opening = .* failed down to") as caught:
         run(beam.with_(**{"stage.0.steps": 2000}), output=tmp_path)
     result = caught.value.result

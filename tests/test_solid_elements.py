@@ -9,12 +9,17 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
-from cohesive.assembly import Points, Tie, Unknowns, bulk_stiffness
-from cohesive.continuum import ELEMENTS, ElasticBlock, ElementError, elasticity
-from cohesive.dissection import nested_dissection
-from cohesive.interface import SIDES, Interface, InterfaceLaw
-from cohesive.model import _centre_line
-from cohesive.planes import frames, longest_chord, stress_transformation
+from cohesive.algebra.bulk_matrix import bulk_stiffness
+from cohesive.algebra.crack_operator import Points
+from cohesive.algebra.dissection import nested_dissection
+from cohesive.algebra.unknowns import Tie, Unknowns
+from cohesive.cracks.interface_points import InterfaceLaw
+from cohesive.elements.bulk import ELEMENTS, ElasticBlock, elasticity
+from cohesive.elements.chords import longest_chord
+from cohesive.elements.interface import SIDES, Interface
+from cohesive.elements.rotations import frames, stress_transformation
+from cohesive.errors import ElementError
+from cohesive.model.cracks import _centre_line
 from tests.solids import Solid, box, rotation
 
 Array = NDArray[np.float64]

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cohesive import CrackPlane, Result, Scene, run, simulation
-from cohesive.assembly import Tie
-from cohesive.result import major_stress
+from cohesive import CrackPlane, Result, Scene, run
+from cohesive.algebra.unknowns import Tie
+from cohesive.elements.rotations import major_stress
+from cohesive.model import build
 from tests.conftest import block
 from tests.solids import Solid, box, rotation
 
@@ -53,8 +54,8 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Place:
             drives.append(Tie("push", top, x))
         else:
             supports += [Tie("corner", corner, x), Tie("corner", corner, y), Tie("other", other, y)]
-        monkeypatch.setattr(simulation, "_mesh", lambda scene: mesh)
-        monkeypatch.setattr(simulation, "ties", lambda scene, mesh: (supports, drives, None))
+        monkeypatch.setattr(build, "_mesh", lambda scene: mesh)
+        monkeypatch.setattr(build, "ties", lambda scene, mesh: (supports, drives, None))
 
     return put
 

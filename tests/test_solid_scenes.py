@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from cohesive import Result, Scene, SceneError, compare, run
-from cohesive.accuracy import settings_for
-from cohesive.cli import main
-from cohesive.solid_plot import outer_faces
-from cohesive.summary import warnings
+from cohesive.commands.cli import main
+from cohesive.results.report import warnings
+from cohesive.results.solid_figures import outer_faces
+from cohesive.studies.accuracy import settings_for
 from meshing import MeshError
 from tests.solids import Solid, box
 
@@ -347,7 +347,7 @@ def test_what_has_no_meaning_in_space_is_refused() -> None:
 
 
 def test_a_comparison_without_a_band_is_refused_before_its_first_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.comparison.run", lambda *_, **__: pytest.fail("a run was started"))
+    monkeypatch.setattr("cohesive.studies.compare.run", lambda *_, **__: pytest.fail("a run was started"))
     for scene, message in (
         (beam("notched-beam-3d", "stress", mesh__shape="triangle", mesh__order=2), r"^mesh.order = 2: the elements of a"),
         (Scene.load("single-crack-3d"), r"^band.where = 'path': there is no crack band"),

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cohesive import Scene, SceneError, run
-from cohesive.loading import March
-from cohesive.simulation import build
-from cohesive.solver import MAX_ITERATIONS
+from cohesive.model.build import build
+from cohesive.solver.march import March
+from cohesive.solver.newton import MAX_ITERATIONS
 
 from .conftest import block
 

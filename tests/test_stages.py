@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cohesive import Result, Scene, SceneError, run
-from cohesive.loading import Stage
-from cohesive.simulation import build
+from cohesive.model.build import build
+from cohesive.solver.stages import Stage
 from tests.conftest import block
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from cohesive import Scene, SceneError
-from cohesive.cli import main
-from cohesive.knobs import KNOBS, changes
-from cohesive.trade import Cost, Trade, Trial, _combined, _finest, trade
+from cohesive.commands.cli import main
+from cohesive.studies.parameters import KNOBS, changes
+from cohesive.studies.trade import Cost, Trade, Trial, _combined, _finest, trade
 from tests.conftest import OF_A_FILE
 
 CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
@@ -27,7 +27,7 @@ def pool() -> Iterator[Executor]:
 
 
 def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.trade._REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trade._REPEATED", 0.0)
     seen: list[Trial] = []
     found = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
     assert {id(trial) for trial in seen} == {id(trial) for trial in found.trials} and found.trials[0].settings == {}
@@ -63,7 +63,7 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize("name", ["notched-beam-3d", "single-crack-3d"])
 def test_a_trade_in_space(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.trade._REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trade._REPEATED", 0.0)
     sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
     if name == "single-crack-3d":
         sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
@@ -143,7 +143,7 @@ def test_on_another_scene_errors_may_not_cancel() -> None:
 
 
 def test_some_knobs_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.trade._REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trade._REPEATED", 0.0)
     scene = Scene.load("notched-beam").with_(**CHANGES, **{"stage.0.to": 0.03})
     labels = {trial.label for trial in trade(scene, pool, knobs=["half", "tolerance"]).trials}
     singles = {"half", "tolerance 0.01", "tolerance 0.001", "tolerance 1e-06"}
@@ -180,7 +180,7 @@ def test_an_interrupted_trade_says_that_there_is_no_table(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cohesive.trade.trade", interrupted)
+    monkeypatch.setattr("cohesive.studies.trade.trade", interrupted)
     assert main(["trade", "single-crack", "-o", str(tmp_path)]) == 130
     assert "the table is written when all runs are done" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

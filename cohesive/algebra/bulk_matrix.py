@@ -1,0 +1,25 @@
+"""algebra/bulk_matrix"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sp
+
+from ..elements.bulk import ElasticBlock
+
+
+def bulk_stiffness(blocks: Sequence[ElasticBlock], size: int) -> sp.csr_array:
+    """Stiffness of the elastic bulk for the displacements of all nodes, (size, size), N/mm."""
+    if not blocks:
+        return sp.csr_array((size, size))
+    rows, columns, values = [], [], []
+    for block in blocks:
+        dofs = block.dofs().astype(np.int32)
+        K = block.stiffness()
+        rows.append(np.broadcast_to(dofs[:, :, None], K.shape).ravel())
+        columns.append(np.broadcast_to(dofs[:, None, :], K.shape).ravel())
+        values.append(K.ravel())
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return sp.coo_array(entries, shape=(size, size)).tocsr()

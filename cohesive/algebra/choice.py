@@ -1,0 +1,237 @@
+"""Which unknowns Newton's method works on: those at cracks, with the elastic bulk condensed away, or all of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from ..arrays import Array, Index
+from ..elements.bulk import ElasticBlock
+from .bordered import DenseStiffness, SparseStiffness, Stiffness
+from .condensation import Condensed, Fronts
+from .dissection import nested_dissection
+from .unknowns import Unknowns
+
+#: an operation of a sparse factorization takes the time of so many dense ones
+_SPARSE_IS_SLOWER = 10.0
+
+#: bytes of a number in a matrix, and of one in a sparse factor with its row
+_DENSE, _SPARSE = 8.0, 12.0
+
+#: operations of a condensation from which on the choice is always weighed, for the user to know
+_LARGE = 1e11
+
+#: part of the machine's memory that matrices may take
+_SHARE = 0.6
+
+#: operations for each number of a sparse factor at whose ratio an iteration of GMRES takes half of a factorization
+_OPERATIONS_PER_NUMBER = 25.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """What can be reduced.
+
+    Attributes
+    ----------
+    points : (m, d) array
+    bulk, cracking : the elastic elements, and those of a band
+    leader : (m,) array, one of the copies of each split node
+    unknowns : Unknowns
+    operator : (c p, n) matrix, the deformations of the cracks from the unknowns
+    active : numbers of the unknowns that cracks, drives and measures see
+    stiffness : (d m, d m) matrix of the bulk for the displacements, N/mm
+    """
+
+    points: Array
+    bulk: Sequence[ElasticBlock]
+    cracking: Sequence[ElasticBlock]
+    leader: Index
+    unknowns: Unknowns
+    operator: sp.csr_array
+    active: Index
+    stiffness: sp.csr_array
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """
+    Attributes
+    ----------
+    kind : "condensed", "none" or "petsc"
+    stiffness : Stiffness of the bulk on the unknowns of Newton's method
+    unknowns : their numbers among all
+    recover : displacements of all nodes, (m, d), from these unknowns
+    why : what either kind takes, in words; empty where there was nothing to weigh
+    """
+
+    kind: str
+    stiffness: Stiffness
+    unknowns: Index
+    recover: Callable[[Array], Array]
+    why: str
+
+
+def reduce(body: Body, wanted: str) -> Reduced:
+    """Condense the bulk, or do not.
+
+    Parameters
+    ----------
+    wanted : "condensed", "none", or "auto": what takes less work in an iteration, where there is room for it.
+
+    Raises
+    ------
+    ValueError
+        If the body is not held.
+    """
+    if wanted == "none" or not body.bulk:
+        return _Whole.of(body).reduced("")
+    part = _Part.of(body)
+    if wanted == "condensed":
+        return part.reduced("")
+    room, once = _SHARE * _memory(), part.fronts.cost()[0]
+    is_less_work = part.iteration <= _SPARSE_IS_SLOWER * once  # which the whole takes besides
+    if part.memory < room and is_less_work and once < _LARGE:
+        return part.reduced("")
+    whole = _Whole.of(body)
+    why = (
+        f"condensed {part.memory / 1e9:.2g} GB, else {whole.memory / 1e9:.2g} GB and "
+        f"{_two_digits(whole.iteration / part.iteration)} times the work of a factorization"
+    )
+    if part.memory < room:
+        return part.reduced(why) if part.iteration <= whole.iteration else whole.reduced(why)
+    if whole.memory < room:
+        return whole.reduced(why)
+    why += ", more than this machine has to spare; 'petsc' shares it out to several"
+    return part.reduced(why) if part.memory <= whole.memory else whole.reduced(why)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """The active unknowns alone. `K` and `transform` are in the order of elimination."""
+
+    K: sp.csc_array
+    fronts: Fronts
+    basis: sp.csr_array
+    active: Index
+    numbers: Index
+    transform: sp.csr_array
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, body: Body) -> _Part:
+        d, m = body.points.shape[1], len(body.points)
+        faces = np.flatnonzero(np.isin(body.leader, body.leader[body.leader != np.arange(m)]))
+        last = np.unique(np.concatenate([faces, *(block.cells.ravel() for block in body.cracking)]))
+        transform, node, basis = body.unknowns.with_faces(faces, d)
+        group = nested_dissection(body.points, [block.cells for block in body.bulk], last)[node]
+        seen = np.zeros(basis.shape[1])
+        seen[body.active] = 1.0
+        group[(basis @ seen != 0) | (np.arange(len(node)) >= len(node) - d * len(faces))] = m
+        order, start = _grouped(group)
+        K = _lower((transform.T @ body.stiffness @ transform).tocsc(), order)
+        stay = order[start[-1] :]
+        columns = np.unique(np.append(basis[stay].indices, body.active))
+        return cls(
+            K,
+            Fronts.of(K, start),
+            basis[stay][:, columns],
+            np.searchsorted(columns, body.active),
+            body.active,
+            transform[:, order],
+            body.points.shape,
+        )
+
+    @property
+    def iteration(self) -> float:
+        """Operations."""
+        return 2.0 / 3.0 * float(len(self.active)) ** 3
+
+    @property
+    def memory(self) -> float:
+        """Bytes: the factor, then what stays and its change of basis, or the stiffness and its factor."""
+        stay, active = self.basis.shape[1], len(self.active)
+        return float(_DENSE * (self.fronts.cost()[1] + max(2.0 * stay**2, stay**2 + 2.0 * active**2)))
+
+    def reduced(self, why: str) -> Reduced:
+        condensed = Condensed.eliminate(self.K, self.fronts, self.basis, self.active)
+        transform, shape = self.transform, self.shape  # not the rest, which is not needed any more
+
+        def recover(v: Array) -> Array:
+            return np.asarray(transform @ condensed.recover(v)).reshape(shape)
+
+        return Reduced("condensed", DenseStiffness(condensed.stiffness), self.numbers, recover, why)
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """All unknowns, in an order that keeps the factors sparse."""
+
+    K: sp.csc_array
+    fronts: Fronts
+    order: Index
+    transform: sp.csr_array
+    shape: tuple[int, ...]
+
+    @classmethod
+    def of(cls, body: Body) -> _Whole:
+        unknowns = body.unknowns
+        cells = [body.leader[block.cells] for block in (*body.bulk, *body.cracking)]
+        group = nested_dissection(body.points, cells, np.zeros(0, dtype=np.int64))[unknowns.node]
+        group[unknowns.turns], group[unknowns.drives] = len(body.points), len(body.points) + 1
+        order, start = _grouped(group)
+        K = (unknowns.transform.T @ body.stiffness @ unknowns.transform).tocsc()
+        sees = abs(body.operator)
+        fronts = Fronts.of(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
+        return cls(K, fronts, order, unknowns.transform, body.points.shape)
+
+    @property
+    def iteration(self) -> float:
+        """Operations: twice those of a symmetric factorization, in the time of dense ones."""
+        return 2.0 * _SPARSE_IS_SLOWER * self.fronts.cost()[0]
+
+    @property
+    def memory(self) -> float:
+        """Bytes of both triangular factors."""
+        return 2.0 * _SPARSE * self.fronts.cost()[1]
+
+    def reduced(self, why: str) -> Reduced:
+        operations, numbers = self.fronts.cost()
+        stiffness = SparseStiffness(self.K, self.order, int(operations / numbers / _OPERATIONS_PER_NUMBER))
+
+        def recover(v: Array) -> Array:
+            return np.asarray(self.transform @ v).reshape(self.shape)
+
+        return Reduced("none", stiffness, np.arange(len(self.order)), recover, why)
+
+
+def _grouped(group: Index) -> tuple[Index, Index]:
+    """Order of the unknowns by groups, and where each group starts."""
+    order = np.argsort(group, kind="stable")
+    return order, np.unique(group[order], return_index=True)[1].astype(np.int64)
+
+
+def _lower(K: sp.csc_array, order: Index) -> sp.csc_array:
+    """Lower triangle of a matrix in another order."""
+    place = np.empty(len(order), dtype=np.int32)
+    place[order] = np.arange(len(order))
+    rows, columns = place[K.indices], place[np.repeat(np.arange(K.shape[1]), np.diff(K.indptr))]
+    lower = rows >= columns
+    return sp.coo_array((K.data[lower], (rows[lower], columns[lower])), shape=K.shape).tocsc()
+
+
+def _two_digits(value: float) -> str:
+    """350, not 3.5e+02."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def _memory() -> float:
+    """Of the machine, bytes; without limit where that is not known."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return float("inf")

@@ -1,0 +1,193 @@
+"""Exact elimination of the elastic bulk by dense fronts: one factorization gives the stiffness of the active unknowns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import blas, lapack
+
+from ..arrays import Array, Index
+
+#: a pivot this small beside the stiffness it began with is rounding: the body can move without a force
+_SMALLEST_PIVOT = 1e-11
+
+#: rows that are mirrored at once
+_BLOCK = 256
+
+NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
+
+
+@dataclass(frozen=True)
+class Fronts:
+    """What is eliminated with what, found from the pattern of a matrix alone.
+
+    Group by group the unknowns are eliminated; a group and the later unknowns that it is tied to, directly or through what
+    was eliminated before it, form its front, a small dense matrix.
+
+    Attributes
+    ----------
+    start : (g + 1,) array, first unknown of each group, and of those that stay, in the order of elimination
+    borders : for each group the later unknowns of its front, ascending
+    parents : for each group the one that takes up its front: that of its first later unknown; -1: those that stay
+    """
+
+    start: Index
+    borders: list[Index]
+    parents: list[int]
+
+    @classmethod
+    def of(cls, A: sp.csc_array, start: Index) -> Fronts:
+        """From a symmetric matrix in the order of elimination."""
+        group = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        borders: list[Index] = []
+        parents: list[int] = []
+        below: list[list[Index]] = [[] for _ in start[1:]]
+        for g, (a, b) in enumerate(zip(start[:-1].tolist(), start[1:].tolist(), strict=True)):
+            rows = A.indices[A.indptr[a] : A.indptr[b]]
+            border = np.unique(np.concatenate([rows[rows >= b], *(rest[np.searchsorted(rest, b) :] for rest in below[g])]))
+            below[g] = []
+            parent = int(group[border[0]]) if len(border) and border[0] < start[-1] else -1
+            if parent >= 0:
+                below[parent].append(border)
+            borders.append(border)
+            parents.append(parent)
+        return cls(start, borders, parents)
+
+    def cost(self) -> tuple[float, float]:
+        """Floating-point operations of the elimination, and numbers to keep for the way back."""
+        k, m = np.diff(self.start).astype(float), np.array([len(border) for border in self.borders], dtype=float)
+        return float((k**3 / 3 + k**2 * m + k * m**2).sum()), float((k**2 + k * m).sum())
+
+
+@dataclass(frozen=True)
+class _Eliminated:
+    """Rows of a triangular factor: pivots L and the rows below them."""
+
+    pivots: Array
+    below: Array
+
+    @classmethod
+    def from_front(cls, own: Array, below: Array, rest: Array) -> tuple[_Eliminated, Array]:
+        """Eliminate the first unknowns of a front [[own, .], [below, rest]], of which the lower triangle counts; the matrices
+        are used up.
+
+        Raises
+        ------
+        ValueError
+            If a pivot is not positive.
+        """
+        before = own.diagonal().copy()
+        pivots, info = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
+        if info or (pivots.diagonal() ** 2 < _SMALLEST_PIVOT * before).any():
+            raise ValueError(NOT_HELD)
+        if len(below):
+            below = blas.dtrsm(1.0, pivots, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+            rest = blas.dsyrk(-1.0, below, beta=1.0, c=rest, lower=1, overwrite_c=1)
+        return cls(pivots, below), rest
+
+    def solve(self, later: Array) -> Array:
+        """The eliminated unknowns from the later ones, no force acting on them."""
+        forces = -(later @ self.below)
+        return np.asarray(blas.dtrsv(self.pivots, forces, lower=1, trans=1)) if len(forces) else forces
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """The elastic bulk seen from the active unknowns.
+
+    Attributes
+    ----------
+    stiffness : (n, n) array, N/mm, the Schur complement of the passive unknowns.
+    """
+
+    stiffness: Array
+    _fronts: Fronts
+    _eliminated: list[_Eliminated]
+    _last: _Eliminated
+    _basis: sp.csr_array
+    _passive: Index
+    _active: Index
+
+    @classmethod
+    def eliminate(cls, K: sp.csc_array, fronts: Fronts, basis: sp.csr_array, active: Index) -> Condensed:
+        """Eliminate all groups, express what stays in other unknowns, and of these eliminate all but `active`.
+
+        Parameters
+        ----------
+        K : (N, N) sparse symmetric matrix in the order of elimination, lower triangle, N/mm; positive definite on what is
+            eliminated.
+        fronts : of K
+        basis : (s, t) matrix, the s unknowns that stay from t others.
+        active : (n,) array, numbers among these t.
+
+        Raises
+        ------
+        ValueError
+            If the passive part is singular: the body is not supported.
+        """
+        eliminated, stays = _eliminate(K, fronts)
+        half = np.asarray(basis.T @ _symmetric(stays).T)  # row by row, else the product would copy it
+        del stays
+        half = np.ascontiguousarray(half.T)
+        whole = np.asarray(basis.T @ half)
+        del half
+        passive = np.setdiff1d(np.arange(basis.shape[1]), active)
+        blocks = [np.asfortranarray(whole[np.ix_(i, j)]) for i, j in ((passive, passive), (active, passive), (active, active))]
+        del whole
+        last, stiffness = _Eliminated.from_front(*blocks)
+        return cls(_symmetric(stiffness), fronts, eliminated, last, basis, passive, active)
+
+    def recover(self, v: Array) -> Array:
+        """All N unknowns in the order of elimination from the active ones (n,), no force acting on the others."""
+        others = np.empty(self._basis.shape[1])
+        others[self._active], others[self._passive] = v, self._last.solve(v)
+        start = self._fronts.start
+        result = np.append(np.empty(start[-1]), self._basis @ others)
+        for g in range(len(self._eliminated) - 1, -1, -1):
+            result[start[g] : start[g + 1]] = self._eliminated[g].solve(result[self._fronts.borders[g]])
+        return result
+
+
+def _eliminate(K: sp.csc_array, fronts: Fronts) -> tuple[list[_Eliminated], Array]:
+    """Eliminate group by group; and the lower triangle of what stays."""
+    first = int(fronts.start[-1])
+    stays = K[first:, first:].toarray(order="F")
+    waiting: list[list[tuple[Index, Array]]] = [[] for _ in fronts.borders]
+    eliminated = []
+    for g, (border, parent) in enumerate(zip(fronts.borders, fronts.parents, strict=True)):
+        a, b = int(fronts.start[g]), int(fronts.start[g + 1])
+        own = np.zeros((b - a, b - a), order="F")
+        below = np.zeros((len(border), b - a), order="F")
+        rest = np.zeros((len(border), len(border)), order="F")
+        entries = slice(K.indptr[a], K.indptr[b])
+        rows, values = K.indices[entries], K.data[entries]
+        columns = np.repeat(np.arange(b - a), np.diff(K.indptr[a : b + 1]))
+        inner = rows < b
+        own[rows[inner] - a, columns[inner]] = values[inner]
+        below[np.searchsorted(border, rows[~inner]), columns[~inner]] = values[~inner]
+        for unknowns, part in waiting[g]:
+            cut = int(np.searchsorted(unknowns, b))
+            at, beyond = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
+            own[at[:, None], at] += part[:cut, :cut]
+            below[beyond[:, None], at] += part[cut:, :cut]
+            rest[beyond[:, None], beyond] += part[cut:, cut:]
+        waiting[g] = []
+        done, rest = _Eliminated.from_front(own, below, rest)
+        eliminated.append(done)
+        if parent >= 0:
+            waiting[parent].append((border, rest))
+        elif len(border):
+            stays[(border - first)[:, None], border - first] += rest
+    return eliminated, stays
+
+
+def _symmetric(lower: Array) -> Array:
+    """A matrix from its lower triangle, in its place: a copy may find no room."""
+    for a in range(0, len(lower), _BLOCK):
+        b = a + _BLOCK
+        own = np.tril(lower[a:b, a:b])
+        lower[a:b, a:b] = own + np.tril(own, -1).T
+        lower[a:b, b:] = lower[b:, a:b].T
+    return lower

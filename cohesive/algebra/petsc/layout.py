@@ -1,0 +1,90 @@
+"""The rows of a bordered system, shared out to several processes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import scipy.sparse as sp
+
+from ...arrays import Array, Index
+from ..bordered import Free
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where the entries of bulk and cracks are in the matrix of one system, whose rows are shared out in order.
+
+    Attributes
+    ----------
+    rows, columns, free : of the cracks' entries, and the motions that are allowed: what the layout was made for
+    start : (m + 1,) array, where the entries of each row of the matrix begin
+    column : (e,) array, their columns
+    bulk : (e,) array, their values without cracks
+    changing : (c,) array, numbers of the entries at which there are cracks
+    add : (c, k) matrix that sums up the values of the cracks' entries
+    """
+
+    rows: Index
+    columns: Index
+    free: Free
+    start: Index
+    column: Index
+    bulk: Array
+    changing: Index
+    add: sp.csr_array
+
+    #: the one whose matrix the processes hold
+    latest: ClassVar[Layout | None] = None
+
+    @classmethod
+    def of(cls, matrix: sp.csc_array, rows: Index, columns: Index, free: Free) -> Layout:
+        K, n = matrix.tocoo(), matrix.shape[0]
+        if free is None:
+            number, weight, m = np.arange(n), np.ones(n), n
+        else:  # every unknown follows one of those that are left
+            number, weight, m = free.indices.astype(np.int64), free.data, free.shape[1]
+
+        in_bulk, in_cracks = number[K.row] * m + number[K.col], number[rows] * m + number[columns]
+        diagonal = np.arange(m) * (m + 1)  # which some solvers want to be there
+        places = np.unique(np.concatenate([in_bulk, in_cracks, diagonal]))
+        bulk: Array = np.bincount(
+            np.searchsorted(places, in_bulk), weight[K.row] * weight[K.col] * K.data, len(places)
+        ).astype(float)
+        changing, which = np.unique(np.searchsorted(places, in_cracks), return_inverse=True)
+        add = sp.csr_array((weight[rows] * weight[columns], (which, np.arange(len(rows)))), shape=(len(changing), len(rows)))
+        start = np.searchsorted(places, np.arange(m + 1) * m)
+        return cls(rows, columns, free, start, places % m, bulk, changing, add)
+
+    def fits(self, rows: Index, columns: Index, free: Free) -> bool:
+        """Whether it is that of a system with these entries."""
+        if self.free is None or free is None:
+            alike = self.free is free
+        else:
+            alike = np.array_equal(self.free.indices, free.indices) and np.array_equal(self.free.data, free.data)
+        return alike and np.array_equal(self.rows, rows) and np.array_equal(self.columns, columns)
+
+    def _bounds(self, processes: int) -> tuple[Index, Index]:
+        """First row of each process and the end, likewise first of `changing`."""
+        row = np.linspace(0, len(self.start) - 1, processes + 1).astype(np.int64)
+        return row, np.searchsorted(self.changing, self.start[row])
+
+    def shares(self, processes: int) -> list[tuple[Any, ...]]:
+        """The rows of each process."""
+        row, change = self._bounds(processes)
+        shares = []
+        for p in range(processes):
+            here = slice(self.start[row[p]], self.start[row[p + 1]])
+            changing = self.changing[change[p] : change[p + 1]] - here.start
+            start = self.start[row[p] : row[p + 1] + 1] - here.start
+            shares.append((len(self.start) - 1, start, self.column[here], self.bulk[here], changing))
+        return shares
+
+    def split(self, values: Array, right: Array, load: Array, processes: int) -> list[tuple[Any, ...]]:
+        """What is new in a system, for each process: values of the changing entries, and two right-hand sides."""
+        row, change = self._bounds(processes)
+        added = self.add @ values
+        return [
+            (added[change[p] : change[p + 1]], right[row[p] : row[p + 1]], load[row[p] : row[p + 1]]) for p in range(processes)
+        ]

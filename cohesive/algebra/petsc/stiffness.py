@@ -1,0 +1,355 @@
+"""The stiffness of all unknowns, distributed and factored by PETSc on all processes of an MPI run.
+
+Process 0 runs the program and is the only one that knows the scene. The others wait in `start` for their part of a matrix
+and of its solutions, and end with process 0. A script that runs under mpiexec begins with
+
+    from cohesive import petsc
+    petsc.start()
+
+`cohesive run` and `cohesive compare` do so by themselves.
+"""
+
+from __future__ import annotations
+
+import atexit
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from types import FrameType
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from ...arrays import Array, Index
+from ...errors import NotConverged, SceneError
+from ..bordered import Entries, Free
+from ..choice import Body, Reduced
+from .layout import Layout
+from .ranks import place
+
+#: iterations with an old factor, after which the matrix is factored anew
+_MOST_ITERATIONS = 15
+
+#: of the error of a solution, as the preconditioner sees it; below the smallest tolerance of Newton's method that is in use
+_KRYLOV_TOLERANCE = 1e-12
+
+#: seconds between two looks of a waiting process, which would otherwise use all of its core
+_LOOK = 1e-3
+
+
+class PetscStiffness:
+    """The stiffness of all unknowns; every system is factored, or solved with an older factor, by all processes.
+
+    Parameters
+    ----------
+    matrix : (n, n) stiffness of the elastic bulk, N/mm.
+
+    Attributes
+    ----------
+    library : what solves, for the summary: PETSc's version, its direct solver, and the number of processes.
+
+    Raises
+    ------
+    SceneError
+        Without petsc4py or, on several processes, mpi4py or a parallel direct solver; and on several processes that
+        did not call `start`.
+    """
+
+    library = ""
+
+    def __init__(self, matrix: sp.csc_array) -> None:
+        if place()[1] > 1 and not _is_started():
+            raise SceneError(
+                f"solver.reduction = 'petsc' on {place()[1]} processes: expected a call of cohesive.petsc.start() at the "
+                "beginning of the script"
+            )
+        solver_type()
+        self._matrix = matrix
+        self._layout: Layout | None = None
+
+    def apply(self, v: Array) -> Array:
+        return np.asarray(self._matrix @ v)
+
+    @property
+    def scale(self) -> float:
+        return float(abs(self._matrix).sum(axis=1).max())
+
+    def solve(
+        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+    ) -> Array:
+        rows, columns, values = crack
+        layout = self._layout
+        if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, free):
+            layout = self._layout = Layout.latest = Layout.of(self._matrix, rows, columns, free)
+            solver = _together("set_up", layout.shares(_processes()))[0]
+            self.library = f"PETSc {'.'.join(map(str, _petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
+        if free is not None:
+            load, row, right = free.T @ load, free.T @ row, free.T @ right
+        found = _together("solve", layout.split(values, right, load, _processes()))
+        if found[0] is None:
+            raise NotConverged("the tangent stiffness is singular")
+        both = np.concatenate(found, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):  # Newton's method looks whether the step is finite
+            change = (last - row @ both[0]) / (row @ both[1] + corner)
+        step = both[0] + change * both[1]
+        return np.append(step if free is None else free @ step, change)
+
+
+def unreduced(body: Body) -> Reduced:
+    """All unknowns, with the stiffness that PETSc factors."""
+    transform, shape = body.unknowns.transform, body.points.shape
+    stiffness = PetscStiffness((transform.T @ body.stiffness @ transform).tocsc())
+
+    def recover(v: Array) -> Array:
+        return np.asarray(transform @ v).reshape(shape)
+
+    return Reduced("petsc", stiffness, np.arange(transform.shape[1]), recover, "")
+
+
+class _Share:
+    """What a process holds of the matrix, its factor and the solver. All processes call its methods together."""
+
+    def __init__(self, size: int, start: Index, column: Index, bulk: Array, changing: Index) -> None:
+        PETSc = _petsc()
+        self._start, self._column = start.astype(PETSc.IntType), column.astype(PETSc.IntType)
+        self._bulk, self._changing = bulk, changing
+        rows = (len(start) - 1, size)
+        self._matrix = PETSc.Mat().createAIJ((rows, rows), csr=(self._start, self._column, bulk), comm=PETSc.COMM_WORLD)
+        self._right, self._found = self._matrix.createVecs()
+        self._response = self._right.duplicate()  # to the load: it changes little from one system to the next
+        self._response.set(0.0)
+        self._is_factored = False
+        self._krylov = PETSc.KSP().create(PETSc.COMM_WORLD)
+        self._krylov.setType("gmres")
+        self._krylov.setGMRESRestart(_MOST_ITERATIONS)
+        self._krylov.setTolerances(rtol=_KRYLOV_TOLERANCE, max_it=_MOST_ITERATIONS)
+        self._krylov.setOperators(self._matrix)
+        self._krylov.getPC().setType("lu")
+        self._krylov.getPC().setFactorSolverType(solver_type())
+        options = PETSc.Options()
+        if not options.hasName("mat_mumps_icntl_14"):
+            options["mat_mumps_icntl_14"] = 100  # room for pivoting, per cent; MUMPS gives up where it takes more
+        self._krylov.setFromOptions()
+
+    def solver(self) -> str:
+        """Name of the direct solver, or of another preconditioner from PETSC_OPTIONS."""
+        pc = self._krylov.getPC()
+        return str(pc.getFactorSolverType() if pc.getType() in ("lu", "cholesky") else pc.getType())
+
+    def solve(self, added: Array, right: Array, load: Array) -> Array | None:
+        """Both solutions on the rows of this process, (2, rows), or None where the matrix is singular."""
+        values = self._bulk.copy()
+        values[self._changing] += added
+        self._matrix.setValuesCSR(self._start, self._column, values)
+        self._matrix.assemble()
+        for fresh in (False, True) if self._is_factored else (True,):
+            self._krylov.getPC().setReusePreconditioner(not fresh)
+            if (both := self._both(right, load, fresh)) is not None:
+                return both
+        return None
+
+    def _both(self, right: Array, load: Array, fresh: bool) -> Array | None:
+        """None where there is no factor, or an old one does not do."""
+        for side, solution, guess in ((right, self._found, False), (load, self._response, not fresh)):
+            self._right.setArray(side)
+            self._krylov.setInitialGuessNonzero(guess)
+            self._krylov.solve(self._right, solution)
+            reason = self._krylov.getConvergedReason()
+            self._is_factored = reason != _petsc().KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
+            if not self._is_factored:
+                self._krylov.reset()  # else it would remember the failure
+                self._krylov.setOperators(self._matrix)
+                return None
+            if reason < 0 and not fresh:
+                return None
+        return np.stack([self._found.getArray(), self._response.getArray()])
+
+    def destroy(self) -> None:
+        for thing in (self._krylov, self._matrix, self._right, self._found, self._response):
+            thing.destroy()
+
+
+#: of this process
+_share: _Share | None = None
+
+
+def _do(task: str, given: tuple[Any, ...]) -> Any:
+    """A task in which all processes take part, each with its own data."""
+    global _share
+    if task == "set_up":
+        if _share is not None:
+            _share.destroy()
+        _share = _Share(*given)
+        return _share.solver()
+    assert _share is not None
+    return _share.solve(*given)
+
+
+def _together(task: str, given: list[tuple[Any, ...]]) -> list[Any]:
+    """Let every process do a task, each with its own data; the results in the order of the processes."""
+    if len(given) == 1:
+        return [_do(task, given[0])]
+    world = _mpi().COMM_WORLD
+    with _undisturbed(), _or_abort():
+        for process in range(1, len(given)):
+            world.send((task, given[process]), process)
+        return list(world.gather(_do(task, given[0])))
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Signals wait until the end: an interruption half-way would leave the other processes waiting for ever."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[tuple[int, FrameType | None]] = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, lambda *signalled: came.append(signalled))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if came:
+            first, frame = came[0]
+            if callable(handler := before[signal.Signals(first)]):
+                handler(first, frame)
+            elif handler == signal.SIG_DFL:
+                signal.raise_signal(first)
+
+
+@contextmanager
+def _or_abort() -> Iterator[None]:
+    """End all processes where one has an error that the others do not know of."""
+    try:
+        yield
+    except BaseException:
+        print(traceback.format_exc(), file=sys.__stderr__, flush=True)
+        _mpi().COMM_WORLD.Abort(1)
+
+
+_started = False
+
+
+def _is_started() -> bool:
+    return _started
+
+
+def start() -> None:
+    """Let process 0 go on; the others stay here, compute what it asks for, and end with it.
+
+    Does nothing without mpiexec.
+
+    Raises
+    ------
+    SceneError
+        Without petsc4py, mpi4py or a parallel direct solver.
+    SystemExit
+        In the other processes, when process 0 has ended.
+    """
+    global _started
+    number, count = place()
+    if count == 1 or _started:
+        return
+    found = _mpi().COMM_WORLD.Get_size(), _petsc().COMM_WORLD.getSize()
+    if found != (count, count):
+        raise SceneError(
+            f"mpiexec started {count} processes, of which mpi4py sees {found[0]} and PETSc {found[1]}: expected mpiexec, "
+            "mpi4py and petsc4py of one MPI library"
+        )
+    solver_type()
+    _started = True
+    if number == 0:
+        atexit.register(_end)
+    else:
+        _serve()
+        sys.exit(0)
+
+
+def _serve() -> None:
+    """Take part in what process 0 asks for, until it ends."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # they reach all processes; process 0 decides what follows
+        signal.signal(number, signal.SIG_IGN)
+    world = _mpi().COMM_WORLD
+    with _or_abort():
+        while True:
+            while not world.iprobe(0):
+                time.sleep(_LOOK)
+            task, given = world.recv(None, 0)
+            if task == "end":
+                return
+            world.gather(_do(task, given))
+
+
+def _end() -> None:
+    """Let the other processes end."""
+    world = _mpi().COMM_WORLD
+    for process in range(1, world.Get_size()):
+        world.send(("end", ()), process)
+
+
+@cache
+def solver_type() -> str:
+    """PETSc's name of the best direct solver that it was built with.
+
+    Raises
+    ------
+    SceneError
+        Without petsc4py, or on several processes without a parallel direct solver.
+    """
+    PETSc = _petsc()
+    for name in ("mumps", "superlu_dist"):
+        if PETSc.Sys.hasExternalPackage(name):
+            return name
+    if _processes() > 1:
+        raise SceneError(
+            f"solver.reduction = 'petsc' on {_processes()} processes: this PETSc was built without a parallel direct solver; "
+            "expected one with MUMPS or SuperLU_DIST (its configure option --download-mumps --download-scalapack, or on "
+            "Debian and Ubuntu apt-get install python3-petsc4py-real)"
+        )
+    return "petsc"
+
+
+def _counted(processes: int) -> str:
+    return f"{processes} process{'es' if processes > 1 else ''}"
+
+
+def _processes() -> int:
+    return int(_petsc().COMM_WORLD.getSize())
+
+
+@cache
+def _petsc() -> Any:
+    """The module petsc4py.PETSc, initialized; it takes its options from PETSC_OPTIONS, not from our command line."""
+    try:
+        import petsc4py
+
+        petsc4py.init([])
+        from petsc4py import PETSc
+    except ImportError as error:
+        raise SceneError(_missing("petsc4py", error)) from None
+    return PETSc
+
+
+@cache
+def _mpi() -> Any:
+    """The module mpi4py.MPI, initialized."""
+    try:
+        from mpi4py import MPI
+    except ImportError as error:
+        raise SceneError(_missing("mpi4py", error)) from None
+    return MPI
+
+
+def _missing(package: str, error: ImportError) -> str:
+    return (
+        f"solver.reduction = 'petsc' needs the package {package}, which cannot be imported ({error}): "
+        "pip install 'cohesive-cracks[petsc]', see 'On several machines' in the README"
+    )

@@ -1,0 +1,241 @@
+"""Smeared cracks at the points of a band: eqs (22)-(43) and Box 1 of the paper.
+
+The strain of a point splits into an elastic part and the fracture strains of its crack planes. On each plane the stress
+equals the traction of the crack-plane law at the jump l_ch e, where e is the plane's local strain [normal, engineering
+shear] and l_ch the length of the element along its normal: the law is `CrackPlane` with width l_ch, eq. (24).
+
+    sigma = De ( eps - sum_j N_j^T (e_j - C s_j) ),   s_j = law(l_ch e_j),   psi_i = N_i sigma - s_i = 0     (26)-(30), (41)
+
+With T = ds/de the matrix M = T + N De N^T (I - C T), stacked over the planes of a point, drives the local iteration,
+M de = psi (42), (43), and gives the consistent tangent, M de = N De deps, dsigma = De (deps - N^T (I - C T) de), which
+is eq. (37) without an inverse. Open planes share shear stress: M of two has rank 3 of 4 in the plane and 5 of 6 in space,
+there M of three 6 of 9 at most, and de of minimum norm is taken.
+
+The number of components follows from De, see `planes.PAIRS`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..elements.chords import longest_chord
+from ..elements.rotations import frames, stress_tensor, stress_transformation
+from ..errors import PointFailure
+from ..law.concrete import Concrete
+from ..law.crack_plane import CrackPlane
+from .band_iteration import Group, groups
+
+#: planes due whose excess over ft is at least this part of the largest excess are formed together
+_WORST = 0.5
+
+#: a plane is laid along the path where its normal stress is the major principal one but for this part
+_ALIGNED = 0.05
+
+
+@dataclass(frozen=True)
+class Cracks:
+    """The crack planes of all points in one list.
+
+    Attributes
+    ----------
+    point : (c,) array, the point of each plane.
+    frame : (c, d, d) array, rows normal and tangents.
+    length : (c,) array, l_ch, mm.
+    strain : (c, d) array, e.
+    traction : (c, d) array, MPa.
+    Z : (c,) array, mm.
+    slope : (c, d, k) array, de / deps.
+    """
+
+    point: Index
+    frame: Array
+    length: Array
+    strain: Array
+    traction: Array
+    Z: Array
+    slope: Array
+
+    @property
+    def jump(self) -> Array:
+        """Jump that the plane stands for, (c, d), mm."""
+        return self.length[:, None] * self.strain
+
+
+@dataclass(frozen=True)
+class BandState:
+    """Strain (p, k), stress (p, k) in MPa, and the crack planes."""
+
+    deformation: Array
+    stress: Array
+    cracks: Cracks
+
+
+@dataclass(frozen=True)
+class CrackBand:
+    """Smeared cracks at p points: a `PointLaw` whose deformation is the strain.
+
+    Parameters
+    ----------
+    plane : CrackPlane, of any width; each crack takes l_ch for its own.
+    D : (k, k) array, MPa, elasticity.
+    corners : (p, m, d) array, mm, corners of the element of each point, see `longest_chord`.
+    max_cracks : planes per point.
+    threshold_angle : least angle between the normals of two planes of a point, degrees.
+    tol : on the local stress error, relative to ft.
+    path_normal : (p, d) array, or None. Ahead of a crack the principal stresses are close, their difference on the
+        axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. Where the normal of
+        the path is a principal direction within 5 % of the major stress, the plane takes it.
+    """
+
+    plane: CrackPlane
+    D: Array
+    corners: Array
+    max_cracks: int = 3
+    threshold_angle: float = 60.0
+    tol: float = 1e-11
+    path_normal: Array | None = None
+    quantity = "strain"
+
+    @property
+    def concrete(self) -> Concrete:
+        return self.plane.concrete
+
+    @property
+    def onset(self) -> float:
+        span = np.ptp(self.corners, axis=1).max(axis=1).min()
+        return float(span) * self.concrete.ft / self.concrete.E
+
+    @property
+    def compliance(self) -> Array:
+        """Diagonal of C, 1/MPa: (d,)."""
+        d = self.corners.shape[2]
+        return np.asarray(1.0 / self.plane.of_width(1.0).stiffness(d))
+
+    def initial(self) -> BandState:
+        p, k, d = len(self.corners), len(self.D), self.corners.shape[2]
+        zeros, none = np.zeros((p, k)), np.zeros((0, d))
+        at = np.zeros(0, dtype=np.intp)
+        cracks = Cracks(at, np.zeros((0, d, d)), np.zeros(0), none, none, np.zeros(0), np.zeros((0, d, k)))
+        return BandState(zeros, zeros, cracks)
+
+    def elastic(self) -> Array:
+        return np.broadcast_to(self.D, (len(self.corners), *self.D.shape))
+
+    def update(self, deformation: Array, start: BandState, frozen: bool = False) -> tuple[BandState, Array]:
+        """Stress and consistent tangent, eqs (30) and (37).
+
+        Parameters
+        ----------
+        deformation : (p, k) array, strain.
+        start : BandState, the last converged one; it is not changed, and no iterate raises its history.
+        frozen : tangent of the unloading branch, where a plane has two.
+
+        Raises
+        ------
+        PointFailure
+            Where the planes of a point have no solution that continues the committed one.
+        """
+        stress = deformation @ self.D.T
+        tangent = self.elastic().copy()
+        cracks = start.cracks
+        e, traction = cracks.strain.copy(), cracks.traction.copy()
+        Z, slope = cracks.Z.copy(), cracks.slope.copy()
+        for points, planes in groups(cracks.point):
+            group = Group(self, cracks, planes, deformation[points])
+            solved = group.solve(start.deformation[points], frozen)
+            failed = np.flatnonzero(~solved)
+            if failed.size:
+                worst = int(points[failed[0]])
+                raise PointFailure(
+                    f"the crack planes of {failed.size} point(s) have no solution that continues the last one; first",
+                    worst,
+                )
+            stress[points], tangent[points], traction[planes], Z[planes], slope[planes] = group.respond(frozen)
+            e[planes] = group.e.reshape(traction[planes].shape)
+        return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
+
+    def grow(self, start: BandState, state: BandState) -> BandState | None:
+        """One more plane at the points whose major principal stress in `state` exceeds ft most, undamaged in `start`."""
+        m, cracks = self.concrete, state.cracks
+        count = np.bincount(cracks.point, minlength=len(self.corners))
+        tensor = stress_tensor(state.stress)
+        value, vector = np.linalg.eigh(tensor)
+        value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
+        if self.path_normal is not None:  # a candidate before the principal directions, where it is as good as the major
+            on_path = np.einsum("pi,pij,pj->p", self.path_normal, tensor, self.path_normal)
+            as_major = np.where(on_path >= (1.0 - _ALIGNED) * value[:, 0], value[:, 0], -np.inf)
+            value = np.concatenate([as_major[:, None], value], axis=1)
+            normal = np.concatenate([self.path_normal[:, None], normal], axis=1)
+        due = (value > m.ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]
+        # no plane whose normal lies closer than the threshold to one that is there
+        if len(cracks.point):
+            cosine = abs(np.einsum("cwx,cx->cw", normal[cracks.point], cracks.frame[:, 0]))
+            near = cosine > np.cos(np.radians(self.threshold_angle)) + 1e-9
+            crowded = np.zeros_like(due)
+            np.logical_or.at(crowded, cracks.point, near)
+            due &= ~crowded
+        if not due.any():
+            return None
+        which = due.argmax(axis=1)  # the largest one that is due
+        excess = np.where(due.any(axis=1), value[np.arange(len(value)), which] - m.ft, 0.0)
+        points = np.flatnonzero(excess >= _WORST * excess.max())
+        frame = frames(normal[points, which[points]])
+        # inert in the committed state: its strain there is elastic
+        traction = np.einsum("ndk,nk->nd", stress_transformation(frame), start.stress[points])
+        strain = self.compliance * traction
+        length = longest_chord(self.corners[points], frame[:, 0])
+        old = start.cracks
+        slope = np.zeros((len(points), *old.slope.shape[1:]))
+        fresh = (points, frame, length, strain, traction, self.plane.of_width(length).Zt, slope)
+        names = ("point", "frame", "length", "strain", "traction", "Z", "slope")
+        grown = {name: np.concatenate([getattr(old, name), new]) for name, new in zip(names, fresh, strict=True)}
+        return replace(start, cracks=Cracks(**grown))
+
+    def is_damaging(self, deformation: Array, start: BandState) -> bool:
+        state, _ = self.update(deformation, start)
+        return bool((state.cracks.Z > start.cracks.Z).any()) or self.grow(start, state) is not None
+
+    def is_on_surface(self, state: BandState) -> bool:
+        cracks = state.cracks
+        if not len(cracks.point):
+            return False
+        law = self.plane.of_width(cracks.length)
+        on_surface = law.history(cracks.jump, np.zeros_like(cracks.Z)) >= cracks.Z
+        return bool((on_surface & (cracks.Z > law.Zt)).any())
+
+    def is_gone(self, state: BandState) -> bool:
+        # where every point is cracked beyond 3.5 Zm, see InterfaceLaw
+        cracks = state.cracks
+        open_ = (cracks.Z > 3.5 * self.concrete.Zm) & (abs(cracks.traction).max(axis=1) < 1e-8 * self.concrete.ft)
+        return len(np.unique(cracks.point[open_])) == len(self.corners)
+
+    def energies(self, state: BandState) -> tuple[Array, Array]:
+        """Elastic energy of the stress, and what the planes store beyond it: the energy of the undamaged part of
+        a plane less its share s.C.s / 2 of the former."""
+        cracks = state.cracks
+        elastic = 0.5 * np.einsum("pi,pi->p", state.stress, np.linalg.solve(self.D, state.stress.T).T)
+        law = self.plane.of_width(cracks.length)
+        stored = law.stored_energy(cracks.jump, cracks.Z) / cracks.length
+        stored -= 0.5 * (cracks.traction**2 * self.compliance).sum(axis=1)
+        return elastic, self._sum(cracks, stored)
+
+    def dissipation(self, start: BandState, state: BandState) -> tuple[Array, Array]:
+        before, after = start.cracks, state.cracks
+        law = self.plane.of_width(after.length)
+        value, gradient = law.dissipation(before.jump, before.Z, after.jump, after.Z)
+        along = np.einsum("cd,cdk->ck", gradient, after.slope)
+        total = np.zeros_like(state.deformation)
+        np.add.at(total, after.point, along)
+        return self._sum(after, value / after.length), total
+
+    def contact_work(self, start: BandState, state: BandState) -> Array:
+        before, after = start.cracks, state.cracks
+        law = self.plane.of_width(after.length)
+        contact = law.contact_traction(before.jump, before.Z) + law.contact_traction(after.jump, after.Z)
+        return self._sum(after, 0.5 * np.einsum("ci,ci->c", contact, after.strain - before.strain))
+
+    def _sum(self, cracks: Cracks, values: Array) -> Array:
+        return np.bincount(cracks.point, values, len(self.corners)).astype(float)

@@ -1,0 +1,179 @@
+"""Elements of the bulk and of a crack band: stiffness, strain, stress, all elements of a block at once.
+
+In the plane T3, T6, Q4, Q8 and the Q6 of a crack band, in space Tet4, Tet10 and Hex8. Stress and strain components come in
+the order of `planes.PAIRS`: [xx, yy, xy] or [xx, yy, zz, xy, yz, zx], strains with engineering shear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from ..arrays import Array, Index
+from ..errors import ElementError
+from .rotations import PAIRS
+from .shapes import (
+    Rule,
+    Shape,
+    gauss_cube,
+    gauss_simplex,
+    linear_cube,
+    linear_simplex,
+    quadratic_along,
+    quadratic_simplex,
+    serendipity,
+)
+
+#: shape functions, quadrature that integrates the stiffness of a straight element exactly, centre
+ELEMENTS: dict[str, tuple[Shape, Rule, Array]] = {
+    "triangle": (linear_simplex, gauss_simplex(1, 2), gauss_simplex(1, 2)[0]),
+    "triangle6": (quadratic_simplex, gauss_simplex(2, 2), gauss_simplex(1, 2)[0]),
+    "quad": (linear_cube, gauss_cube(2, 2), np.zeros((1, 2))),
+    "quad8": (serendipity, gauss_cube(3, 2), np.zeros((1, 2))),
+    "quad6": (quadratic_along, gauss_cube(3, 2), np.zeros((1, 2))),
+    "tetra": (linear_simplex, gauss_simplex(1, 3), gauss_simplex(1, 3)[0]),
+    "tetra10": (quadratic_simplex, gauss_simplex(2, 3), gauss_simplex(1, 3)[0]),
+    "hexahedron": (linear_cube, gauss_cube(2, 3), np.zeros((1, 3))),
+}
+
+#: columns of a cell of a band that are the nodes of its element
+BAND_COLUMNS = {
+    "quad": ("quad", [0, 1, 2, 3]), "quad8": ("quad6", [0, 1, 2, 3, 4, 6]), "hexahedron": ("hexahedron", [*range(8)]),
+}  # fmt: skip
+
+#: corners of an element as a polygon or hexahedron that repeats its last one
+_CORNERS = {"triangle": [0, 1, 2, 2], "quad": [0, 1, 2, 3], "tetra": [0, 1, 2, 2, 3, 3, 3, 3], "hexahedron": [*range(8)]}
+
+#: an element counts as flat where its Jacobian is below this part of that of a cube with its longest side
+_FLAT = 1e-12
+
+
+def _inverse(J: Array) -> tuple[Array, Array]:
+    """Determinants (...) and inverses (..., d, d) times them."""
+    columns = np.moveaxis(J, -1, 0)
+    if len(columns) == 2:
+        adjugate = np.stack([J[..., 1, 1], -J[..., 0, 1], -J[..., 1, 0], J[..., 0, 0]], -1).reshape(J.shape)
+        return J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0], adjugate
+    a, b, c = columns
+    adjugate = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-2)
+    return np.einsum("...x,...x->...", a, adjugate[..., 0, :]), adjugate
+
+
+def elasticity(E: float, nu: float, plane: str | None = None) -> Array:
+    """Matrix of plane "stress" or plane "strain", (3, 3), or without a plane that of space, (6, 6), MPa."""
+    if plane is None:
+        G = E / (2 * (1 + nu))
+        D = np.diag([2 * G] * 3 + [G] * 3)
+        D[:3, :3] += E * nu / ((1 + nu) * (1 - 2 * nu))
+        return D
+    if plane == "strain":
+        E, nu = E / (1 - nu**2), nu / (1 - nu)
+    return E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+
+
+@dataclass(frozen=True)
+class ElasticBlock:
+    """Elements of one type, linear elastic.
+
+    Parameters
+    ----------
+    kind : one of `ELEMENTS`, meshio's names and node order; "quad6" is a "quad8" without two mid-sides.
+    points : (m, d) array, mm, of the whole mesh.
+    cells : (n, nodes per element) array; a hexahedron with two pairs of equal nodes is a prism.
+    D : (k, k) array, MPa, see `elasticity`.
+    thickness : mm, of a plane body.
+
+    Raises
+    ------
+    ElementError
+        For another type or one of another dimension than the points, a thickness in space, or an element with no
+        positive area or volume, naming it.
+    """
+
+    kind: str
+    points: Array
+    cells: Index
+    D: Array
+    thickness: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.kind not in ELEMENTS:
+            raise ElementError(f"cells of type {self.kind!r}: expected one of {', '.join(ELEMENTS)}")
+        d, k = self.dimension, len(PAIRS[self.dimension])
+        if ELEMENTS[self.kind][2].shape[1] != d or self.D.shape != (k, k):
+            raise ElementError(f"cells of type {self.kind!r}: points have {d} coordinates and D is {self.D.shape}")
+        if d == 3 and self.thickness != 1.0:
+            raise ElementError(f"cells of type {self.kind!r}, thickness = {self.thickness:g}: expected none in space")
+
+    @property
+    def dimension(self) -> int:
+        """Of space."""
+        return int(self.points.shape[1])
+
+    def _gradients(self, at: Array) -> tuple[Array, Array]:
+        """Strain operator (q, n, k, d nodes) and Jacobian determinant (q, n) at local points (q, d)."""
+        _, dN = ELEMENTS[self.kind][0](at)
+        J = np.einsum("qad,nax->qnxd", dN, self.points[self.cells])
+        det, adjugate = _inverse(J)
+        flat = det <= _FLAT * np.linalg.norm(J, axis=-2).max(axis=-1) ** self.dimension
+        if flat.any():
+            bad = int(np.flatnonzero(flat.any(axis=0))[0])
+            place = ", ".join(f"{x:g}" for x in self.points[self.cells[bad]].mean(axis=0))
+            size = "area" if self.dimension == 2 else "volume"
+            raise ElementError(
+                f"{self.kind} element {bad} at ({place}) is inverted or has no {size}: expected a positive Jacobian"
+            )
+        dNdx = np.einsum("qad,qndx->qnax", dN, adjugate / det[..., None, None])
+        d = self.dimension
+        B = np.zeros((*det.shape, len(PAIRS[d]), d * self.cells.shape[1]))
+        for row, (i, j) in enumerate(PAIRS[d]):
+            B[..., row, i::d] = dNdx[..., j]
+            B[..., row, j::d] = dNdx[..., i]
+        return B, det
+
+    def stiffness(self) -> Array:
+        """Element stiffness matrices, (n, d nodes, d nodes), N/mm."""
+        at, weights = ELEMENTS[self.kind][1]
+        B, det = self._gradients(at)
+        K = np.zeros((len(self.cells), B.shape[-1], B.shape[-1]))
+        for Bq, wq in zip(B, self.thickness * weights[:, None] * det, strict=True):
+            K += np.matmul(Bq.transpose(0, 2, 1), (self.D * wq[:, None, None]) @ Bq)
+        return K
+
+    def stress(self, displacement: Array) -> Array:
+        """Stress at the element centres, (n, k), MPa, from displacements (m, d)."""
+        B, _ = self._gradients(ELEMENTS[self.kind][2])
+        u = displacement[self.cells].reshape(len(self.cells), -1)
+        return np.asarray(np.einsum("ij,njk,nk->ni", self.D, B[0], u))
+
+    def strain_points(self, rule: Rule | None = None) -> tuple[sp.csr_array, Array, Array, Index]:
+        """The points of a quadrature rule, by default the element's own: displacements of the mesh nodes to strains,
+        a (k p, d m) matrix; volumes (p,), mm^3; positions (p, d), mm; the cell of each point (p,)."""
+        at, weights = rule or ELEMENTS[self.kind][1]
+        B, det = (value.swapaxes(0, 1) for value in self._gradients(at))  # element by element
+        n, q, k, _ = B.shape
+        rows = np.arange(k * n * q).reshape(n, q, k, 1)
+        columns = self.dofs()[:, None, None, :]
+        operator = sp.csr_array(
+            (B.ravel(), (np.broadcast_to(rows, B.shape).ravel(), np.broadcast_to(columns, B.shape).ravel())),
+            shape=(k * n * q, self.points.size),
+        )
+        where = np.einsum("qa,nax->nqx", ELEMENTS[self.kind][0](at)[0], self.points[self.cells])
+        volumes = (self.thickness * weights * det).ravel()
+        return operator, volumes, where.reshape(-1, self.dimension), np.repeat(np.arange(n), q)
+
+    def dofs(self) -> Index:
+        """Numbers of the elements' displacements among those of the mesh, (n, d nodes)."""
+        d = self.dimension
+        return (d * self.cells[:, :, None] + np.arange(d)).reshape(len(self.cells), -1)
+
+    def corners(self) -> Array:
+        """Corners of the elements, (n, 4, 2) or (n, 8, 3), mm, as `longest_chord` takes them."""
+        return self.points[self.cells[:, _CORNERS[self.kind.rstrip("0123456789")]]]
+
+    def volumes(self) -> Array:
+        """Of each element, (n,), mm^3."""
+        at, weights = ELEMENTS[self.kind][1]
+        return np.asarray((self.thickness * weights[:, None] * self._gradients(at)[1]).sum(axis=0))

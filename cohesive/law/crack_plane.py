@@ -1,0 +1,318 @@
+"""The crack-plane law of Jefferson and Mihai (2015), eqs (1)-(21) and (25).
+
+One law serves interface elements (jump in mm, small `width` or the paper's h) and the crack band
+(width = characteristic length, jump = width times local strain). Units N, mm, MPa; tension positive.
+Where the print leaves a choice, the parameters of `Concrete` say which one is taken.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from .concrete import Concrete
+from .contact_surface import Surface
+from .potential_contact import asperity_contact
+
+
+class CrackPlane:
+    """Traction of a rough crack plane as a function of the jump between its faces.
+
+    Parameters
+    ----------
+    concrete : Concrete
+    width : width w of the band that the plane stands for, mm: one number, or an array (n,) with one for each of
+        the n points that the methods are then called with. None: w = h, eq. (21) as printed.
+    shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
+
+    Raises
+    ------
+    ValueError
+        For a width that is not a finite number above 0; for `concrete.contact` = "potential" without shear scaling.
+
+    Attributes
+    ----------
+    Zt : opening at which damage starts in mode I, mm, with the shape of the width
+    """
+
+    def __init__(self, concrete: Concrete, width: float | Array | None = None, *, shear_scaling: bool = True) -> None:
+        width = concrete.h if width is None else width
+        if isinstance(width, np.ndarray):
+            if width.ndim != 1 or not ((width > 0) & (width < np.inf)).all():
+                raise ValueError(f"width = {width!r}: expected a (n,) array of finite numbers above 0, in mm")
+            self.width: Any = np.asarray(width, dtype=float)
+        elif isinstance(width, bool) or not isinstance(width, (int, float)) or not 0 < width < np.inf:
+            raise ValueError(f"width = {width!r}: expected a finite number above 0, in mm")
+        else:
+            self.width = float(width)
+        if concrete.contact == "potential" and not shear_scaling:
+            raise ValueError("shear_scaling = False: contact = 'potential' does not depend on the width; expected True")
+        self.concrete = concrete
+        self.shear_scaling = shear_scaling
+        self.Zt: Any = self.width * concrete.ft / concrete.E
+
+    def __repr__(self) -> str:
+        return f"CrackPlane({self.concrete!r}, width={self.width!r})"
+
+    def of_width(self, width: float | Array) -> CrackPlane:
+        """The same law for another width, or for an array of widths."""
+        return CrackPlane(self.concrete, width, shear_scaling=self.shear_scaling)
+
+    def of_concrete(self, concrete: Concrete) -> CrackPlane:
+        """The same plane of another concrete."""
+        return CrackPlane(concrete, self.width, shear_scaling=self.shear_scaling)
+
+    def stiffness(self, components: int) -> Array:
+        """Diagonal of k, eq. (1), MPa/mm: (components,), or (n, components) for an array of widths."""
+        m = self.concrete
+        moduli = np.array([m.E, m.G, m.G][:components])
+        return np.asarray(moduli / (self.width[:, None] if isinstance(self.width, np.ndarray) else self.width))
+
+    def _part(self, at: Index) -> CrackPlane:
+        """The law at some of the points."""
+        return self.of_width(self.width[at]) if isinstance(self.width, np.ndarray) else self
+
+    def update(self, jump: Array, Z: Array, frozen: bool = False) -> tuple[Array, Array, Array]:
+        """Traction, consistent tangent and new history, eq. (21).
+
+        Parameters
+        ----------
+        jump : (n, d) array, mm, d = 2 or 3
+            Local [normal, shear...]; normal > 0 opens.
+        Z : (n,) array, mm
+            Last converged history. Not modified.
+        frozen : bool
+            Tangent at constant Z, the unloading branch, where both exist.
+
+        Returns
+        -------
+        traction : (n, d) array, MPa
+        tangent : (n, d, d) array, MPa/mm, unsymmetric
+            At Z = Zeq, where loading and unloading differ, the loading one (unless `frozen`).
+        Z_new : (n,) array, mm
+
+        Raises
+        ------
+        ValueError
+            If `jump` is not (n, 2) or (n, 3), or `Z` is not (n,).
+        """
+        jump, Z = _checked(jump, Z)
+        n, d = jump.shape
+        k = self.stiffness(d)
+        Zeq, dZeq = self._equivalent_jump(jump)
+        Z0 = np.maximum(Z, self.Zt)
+        loading = (Zeq >= Z0) & (not frozen)
+        Z_new = np.maximum(Z0, Zeq)
+        intact = self._intact(Z_new)  # 1 - omega
+        ku = k * jump
+        traction = intact[:, None] * ku
+        tangent = np.zeros((n, d, d))
+        tangent[:, range(d), range(d)] = intact[:, None] * k
+        m = self.concrete
+        domega = np.where(loading, intact * (1.0 / Z_new + m.c1 / m.Zm), 0.0)  # d(omega)/dZ, from (5)
+        dt_dZ = -domega[:, None] * ku
+        at, contact, slope, dcontact_dZ = self._contact(jump, Z_new, tangent=True)
+        if at.size:
+            omega = 1.0 - intact[at]
+            traction[at] += omega[:, None] * contact
+            tangent[at] += omega[:, None, None] * slope
+            dt_dZ[at] += domega[at, None] * contact + (omega * loading[at])[:, None] * dcontact_dZ
+        tangent += dt_dZ[:, :, None] * dZeq[:, None, :]
+        return traction, tangent, Z_new
+
+    def traction(self, jump: Array, Z: Array) -> tuple[Array, Array]:
+        """Traction (n, d) and new history (n,) of `update`, without the tangent."""
+        jump, Z = _checked(jump, Z)
+        Z_new = self.history(jump, Z)
+        traction = self._intact(Z_new)[:, None] * self.stiffness(jump.shape[1]) * jump
+        return traction + self.contact_traction(jump, Z_new), Z_new
+
+    def history(self, jump: Array, Z: Array) -> Array:
+        """New history (n,) of `update`, eq. (4)."""
+        return np.asarray(np.maximum(np.maximum(Z, self.Zt), self._equivalent_jump(jump, gradient=False)[0]))
+
+    def contact_traction(self, jump: Array, Z: Array) -> Array:
+        """Second term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""
+        jump, Z = _checked(jump, Z)
+        Z = np.maximum(Z, self.Zt)
+        result = np.zeros_like(jump)
+        at, contact, _, _ = self._contact(jump, Z, tangent=False)
+        result[at] = (1.0 - self._part(at)._intact(Z[at]))[:, None] * contact
+        return result
+
+    def damage(self, Z: Array) -> Array:
+        """omega of eq. (5), (n,)."""
+        return 1.0 - self._intact(np.maximum(Z, self.Zt))
+
+    def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
+        """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""
+        jump, Z = _checked(jump, Z)
+        surface = self._surface(jump, np.maximum(Z, self.Zt))
+        return surface.phi, surface.normal
+
+    def contact_reach(self, Z: Array) -> Array:
+        """ulm of eq. (19): contact is exactly zero at phi >= ulm. (n,), mm."""
+        return self.concrete.c_lm * self._smoothing(np.maximum(Z, self.Zt))[0]
+
+    def stored_energy(self, jump: Array, Z: Array) -> Array:
+        """Energy of the undamaged part, (1 - omega) u.k.u / 2, (n,), N/mm, at the history `Z` as it stands."""
+        jump, Z = _checked(jump, Z)
+        return 0.5 * self._intact(np.maximum(Z, self.Zt)) * self._twice_energy(jump)
+
+    def dissipation(self, jump0: Array, Z0: Array, jump1: Array, Z1: Array) -> tuple[Array, Array]:
+        """Damage dissipation of one step, the integral of u.k.u / 2 over omega: (n,), N/mm, and its
+        derivative with respect to `jump1`, (n, d).
+
+        Exact while u.k.u / Z^2 stays constant (any proportional path from the origin), second order in
+        the step otherwise. The trapezoidal rule over omega would lose 20 Zt ft at the onset of damage.
+        """
+        jump0, Z0 = _checked(jump0, Z0)
+        jump1, Z1 = _checked(jump1, Z1)
+        m = self.concrete
+        a = m.c1 / m.Zm
+        Z0, Z1 = np.maximum(Z0, self.Zt), np.maximum(Z1, self.Zt)
+        Zeq0 = self._equivalent_jump(jump0, gradient=False)[0]
+        Zeq1, dZeq1 = self._equivalent_jump(jump1)
+        loading = Zeq1 >= Z1
+
+        def antiderivative(Z: Array) -> Array:  # of -Z^2 d(omega)/dZ
+            return np.asarray(self.Zt * np.exp(-a * (Z - self.Zt)) * (Z + 2.0 / a))
+
+        drop = antiderivative(Z0) - antiderivative(Z1)
+        ratio1 = self._twice_energy(jump1) / Z1**2
+        # a point that starts its loading inside the damage surface has no ratio of its own there
+        on_surface = Zeq0 > (1.0 - 1e-9) * Z0
+        ratio = np.where(on_surface, 0.5 * (self._twice_energy(jump0) / Z0**2 + ratio1), ratio1)
+        share = np.where(on_surface, 0.5, 1.0)
+        ku = self.stiffness(jump1.shape[1]) * jump1
+        d_ratio = (2.0 * ku - 2.0 * (ratio1 * Z1)[:, None] * dZeq1) / (Z1**2)[:, None]
+        d_drop = self.Zt * np.exp(-a * (Z1 - self.Zt)) * (1.0 + a * Z1)
+        gradient = 0.5 * ((ratio * d_drop)[:, None] * dZeq1 + (share * drop)[:, None] * d_ratio)
+        return np.where(loading, 0.5 * ratio * drop, 0.0), np.where(loading[:, None], gradient, 0.0)
+
+    # -- pieces, each with its equation ---------------------------------------------------------
+
+    def _twice_energy(self, jump: Array) -> Array:
+        """u.k.u"""
+        return np.asarray((jump**2 * self.stiffness(jump.shape[1])).sum(axis=1))
+
+    def _intact(self, Z: Array) -> Array:
+        """1 - omega of eq. (5), kept as itself: formed as a difference it is 0 from about 7 Zm."""
+        m = self.concrete
+        return np.asarray(self.Zt / Z * np.exp(-m.c1 * (Z - self.Zt) / m.Zm))
+
+    def _equivalent_jump(self, jump: Array, gradient: bool = True) -> tuple[Array, Array]:
+        """Zeq of eq. (4a) and its gradient."""
+        m = self.concrete
+        gamma, mu = (m.E / m.G) * m.r_sigma, (m.E / m.G) * m.mu_sigma
+        A = 0.5 * (1.0 + (mu / gamma) ** 2)
+        B = 1.0 - (mu / gamma) ** 2
+        u1, v = jump[:, 0], jump[:, 1:]
+        root = np.sqrt((B * u1) ** 2 + (2.0 / gamma) ** 2 * np.einsum("ij,ij->i", v, v))
+        Zeq = A * u1 + 0.5 * root
+        if not gradient:
+            return Zeq, Zeq
+        safe = np.where(root > 0, root, 1.0)[:, None]
+        dZeq = (0.5 / safe) * np.concatenate([(B**2 * u1)[:, None], (2.0 / gamma) ** 2 * v], axis=1)
+        dZeq[:, 0] += A
+        return Zeq, dZeq
+
+    def _smoothing(self, Z: Array) -> tuple[Array, Array]:
+        """uz of eq. (18) with the onset cap, and its slope in Z."""
+        m = self.concrete
+        uz = m.r_z * m.Zm + np.minimum(Z, m.Zm) / m.c_zn
+        slope = np.where(Z < m.Zm, 1.0 / m.c_zn, 0.0)
+        if m.onset_cap:
+            capped = Z / m.c_lm < uz
+            uz, slope = np.where(capped, Z / m.c_lm, uz), np.where(capped, 1.0 / m.c_lm, slope)
+        return uz, slope
+
+    def _asperities(self, u1: Array) -> tuple[Array, Array, Array, Array]:
+        """H of eq. (13), 1 - H with its digits near closure, and the first two slopes of H in u1."""
+        m = self.concrete
+        H, lost, dH, ddH = np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1)
+        opened = np.maximum(u1 - m.u_phi0, 0.0)
+        for p, c in zip(m.p, m.c, strict=True):
+            length = c * m.Zm
+            share = p * np.exp(-opened / length)
+            H += share
+            lost -= p * np.expm1(-opened / length)
+            dH -= share / length
+            ddH += share / length**2
+        closed = u1 < m.u_phi0
+        dH[closed], ddH[closed] = 0.0, 0.0
+        return H, lost, dH, ddH
+
+    def _reduction(self, u1: Array) -> tuple[Array, Array]:
+        """H_w of eqs (13) and (25) and its slope in u1."""
+        H, lost, dH, _ = self._asperities(u1)
+        if not self.shear_scaling:
+            return H, dH
+        h = self.concrete.h
+        below = H * self.width + lost * h
+        # far open, H underflows: H_w is 0 there, whatever its exact ratio
+        return np.asarray(H * self.width / below), np.asarray(self.width * h / below**2 * dH)
+
+    def _surface(self, jump: Array, Z: Array) -> Surface:
+        """The contact surface of eqs (8)-(10) seen from the jumps."""
+        m = self.concrete
+        q = np.sqrt(1.0 + m.m_g**2)
+        uz, duz = self._smoothing(Z)
+        R = m.n_g * m.Zm + m.c_lm * uz
+        u1, v = jump[:, 0], jump[:, 1:]
+        s = np.sqrt(np.einsum("ij,ij->i", v, v))
+        opened = u1 - m.u_phi0
+        x = opened - R  # from the centre of the nose
+        cone = x + m.m_g * s > 0
+        d = np.hypot(x, s)
+        d = np.where(d > 0, d, 1.0)
+        s_safe = np.where(s > 0, s, 1.0)
+        apex = R * (m.m_g - q) / m.m_g
+        # R - d, with its digits where the nose is small and where it is touched
+        nose = ((2.0 * R - opened) * opened - s**2) / (R + d)
+        phi = np.where(cone, (m.m_g * (opened - apex) - s) / q, nose)
+        normal = np.empty_like(jump)
+        normal[:, 0] = np.where(cone, m.m_g / q, -x / d)
+        distance = np.where(cone, q * s_safe, d)
+        normal[:, 1:] = -v / distance[:, None]
+        dphi_dR = np.where(cone, (q - m.m_g) / q, 1.0 - normal[:, 0])
+        return Surface(phi, normal, dphi_dR, distance, cone, uz, duz, m)
+
+    def _contact(self, jump: Array, Z: Array, tangent: bool) -> tuple[Index, Array, Array, Array]:
+        """The contact part of the traction, without omega, at the points in contact: their indices, its value, its
+        derivative with respect to the jump at constant Z, and its derivative with respect to Z."""
+        surface = self._surface(jump, Z)
+        at = np.flatnonzero(surface.phi < self.concrete.c_lm * surface.uz)
+        if not at.size:  # the usual case while a crack opens
+            nothing = np.empty((0, jump.shape[1]))
+            return at, nothing, nothing, nothing
+        part = self._part(at)
+        if self.concrete.contact == "potential":
+            return at, *asperity_contact(part, jump[at], Z[at])
+        return at, *part._printed_contact(jump[at], surface.part(at), tangent)
+
+    def _printed_contact(self, jump: Array, surface: Surface, tangent: bool) -> tuple[Array, Array, Array]:
+        """H_w g k n of eqs (13)-(20)."""
+        normal, g = surface.normal, surface.overlap()
+        H, dH = self._reduction(jump[:, 0])
+        k = self.stiffness(jump.shape[1])
+        kn = k * normal
+        contact = (H * g)[:, None] * kn
+        if not tangent:
+            return contact, contact, contact
+        g_phi, g_Z = surface.overlap_slopes(g)
+        slope = kn[:, :, None] * ((H * g_phi)[:, None] * normal)[:, None, :]
+        slope[:, :, 0] += (dH * g)[:, None] * kn
+        slope += (H * g)[:, None, None] * k[..., :, None] * surface.curvature()
+        return contact, slope, (H * g_Z)[:, None] * kn + (H * g)[:, None] * k * surface.turning()
+
+
+def _checked(jump: Array, Z: Array) -> tuple[Array, Array]:
+    jump, Z = np.asarray(jump, dtype=float), np.asarray(Z, dtype=float)
+    if jump.ndim != 2 or jump.shape[1] not in (2, 3):
+        raise ValueError(f"jump has shape {jump.shape}: expected (n, 2) or (n, 3)")
+    if Z.shape != jump.shape[:1]:
+        raise ValueError(f"Z has shape {Z.shape}: expected ({jump.shape[0]},), one per jump")
+    return jump, Z

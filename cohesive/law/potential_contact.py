@@ -1,0 +1,161 @@
+"""Contact from a potential: the printed contact of eqs (8)-(20) mended, `Concrete(contact="potential")`.
+
+The second term of eq. (21), omega H_w g k n, has no potential, and near closure it is stiffer than the concrete around
+it. Yet its reduction by opening says what carries it: for small g, H_w k = k H w / [H w + (1 - H) h] is the elastic plane
+k in series with asperities of stiffness (1/h) diag(E, G, G) H / (1 - H), which depends on no width. The mended form
+keeps the two in series, and gives the asperities an energy per area of the jump u* that the plane leaves them:
+
+    V(u*) = (G/h) W(phi(u*)) H(u1*) / [1 - H(u1*)],     dW/dphi = g,  W = 0 from c_lm uz on
+    contact traction  t = k (u - u*) = dV/du*           times omega, as printed
+
+Its traction is the gradient of Psi = min over u* of (u - u*).k.(u - u*)/2 + V(u*): no closed path at constant damage creates
+energy, and with the presets of Table 3 none does while damage grows (u_phi0 > 0 or c_zn = 1 would). Its tangent
+T = k A^-1 V'', A = k + V'', is symmetric and never stiffer than k: no band folds in closing. The inelastic jump u* is the same
+at every width.
+In shear at a given opening it is the printed term, (G/h) g n H/(1 - H) as w -> 0. The normal traction has G for E, and
+(G/h) W d[H/(1 - H)]/du1 besides, the compression that keeps rough faces from riding up on each other for nothing. So under a
+given pressure sigma above about 1 MPa, which nearly closes the faces, their shear grows far less than sigma, where the printed
+form tends to (G/E) sigma/m_g. As 1 - H vanishes at u_phi0, pressed faces approach u1* = u_phi0 and never pass it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import NoContact
+
+if TYPE_CHECKING:
+    from .crack_plane import CrackPlane
+
+_ITERATIONS, _CUTS = 100, 60
+
+#: the faces approach closure by at most this part of their distance in one iteration
+_APPROACH = 0.9
+
+#: the energy must fall by this part of what its slope promises
+_DECREASE = 1e-4
+
+#: converged where the next step is below so many roundings
+_DIGITS = 32.0
+
+
+def asperity_contact(law: CrackPlane, jump: Array, Z: Array) -> tuple[Array, Array, Array]:
+    """Contact traction (n, d), its slope in the jump (n, d, d) at constant Z, and in Z, (n, d), without omega.
+
+    Raises
+    ------
+    NoContact
+        If the local iteration fails.
+    """
+    n, d = jump.shape
+    if law.concrete.u_phi0:  # from there on, so that small distances keep their digits
+        jump = jump - law.concrete.u_phi0 * np.eye(d)[0]
+        law = law.of_concrete(replace(law.concrete, u_phi0=0.0))
+    sliding = np.linalg.norm(jump[:, 1:], axis=1)
+    along = jump[:, 1:] / np.where(sliding > 0, sliding, 1.0)[:, None]
+    k = np.broadcast_to(law.stiffness(2), (n, 2))
+    left = _solve(law, np.column_stack([jump[:, 0], sliding]), Z, k)
+    _, t, stiffness, t_Z = _energy(law, left, Z)
+    A = stiffness + k[:, :, None] * np.eye(2)
+    T = k[:, :, None] * np.linalg.solve(A, stiffness)
+    dZ = k * np.linalg.solve(A, t_Z[:, :, None])[:, :, 0]
+    # (normal, |s|) to components: the shear ones lie along s
+    traction = np.column_stack([t[:, 0], t[:, 1:] * along])
+    slope_Z = np.column_stack([dZ[:, 0], dZ[:, 1:] * along])
+    # across s the traction turns with it
+    across = np.where(sliding > 0, t[:, 1] / np.where(sliding > 0, sliding, 1.0), T[:, 1, 1])
+    slope = np.empty((n, d, d))
+    slope[:, 0, 0] = T[:, 0, 0]
+    slope[:, 0, 1:] = T[:, 0, 1:] * along
+    slope[:, 1:, 0] = T[:, 1, :1] * along
+    slope[:, 1:, 1:] = (T[:, 1, 1] - across)[:, None, None] * along[:, :, None] * along[:, None, :]
+    slope[:, range(1, d), range(1, d)] += across[:, None]
+    return traction, slope, slope_Z
+
+
+def _energy(law: CrackPlane, left: Array, Z: Array) -> tuple[Array, Array, Array, Array]:
+    """V at the jumps (n, 2) that are left to the asperities, its gradient and Hessian, and the slope of the gradient in Z."""
+    m = law.concrete
+    surface = law._surface(left, Z)
+    out = surface.phi >= m.c_lm * surface.uz
+    g = np.where(out, 0.0, surface.overlap())
+    g_phi, g_Z = surface.overlap_slopes(g)
+    W, W_Z = surface.work(g)
+    H, lost, dH, ddH = law._asperities(left[:, 0])
+    B, dB = H / lost, dH / lost**2
+    ddB = ddH / lost**2 + 2.0 * dH**2 / lost**3
+    for quantity in (g_phi, g_Z, W_Z):
+        quantity[out] = 0.0
+    stiffness = m.G / m.h
+    n = surface.normal
+    gradient = (B * g)[:, None] * n
+    gradient[:, 0] += dB * W
+    hessian = (B * g_phi)[:, None, None] * n[:, :, None] * n[:, None, :]
+    hessian += (B * g)[:, None, None] * surface.curvature()
+    hessian[:, 0] += (dB * g)[:, None] * n
+    hessian[:, :, 0] += (dB * g)[:, None] * n
+    hessian[:, 0, 0] += ddB * W
+    slope_Z = (B * g_Z)[:, None] * n + (B * g)[:, None] * surface.turning()
+    slope_Z[:, 0] += dB * W_Z
+    return stiffness * B * W, stiffness * gradient, stiffness * hessian, stiffness * slope_Z
+
+
+def _solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
+    """The jumps u* (n, 2) of least energy, by Newton's method with the faces kept apart."""
+    m = law.concrete
+    left = jump.copy()
+    # near closure V is about a / u1*: what the plane and the asperities then agree on is the way to begin
+    touching = np.column_stack([np.zeros(len(jump)), jump[:, 1]])
+    surface = law._surface(touching, Z)
+    first_slope = sum(p / (c * m.Zm) for p, c in zip(m.p, m.c, strict=True))
+    a = m.G / m.h * surface.work(surface.overlap())[0] / (first_slope * k[:, 0])
+    pressed = np.maximum(-jump[:, 0], np.cbrt(a))
+    left[:, 0] = np.maximum(jump[:, 0], np.minimum(np.sqrt(a / pressed), m.Zm))
+    rounding = np.finfo(float).eps * (abs(jump).max(axis=1) + m.n_g * m.Zm + m.c_lm * surface.uz)
+    at = np.arange(len(jump))
+    value, gradient, hessian = _total(law, left, jump, Z, k)
+    for _ in range(_ITERATIONS):
+        lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also where it is not convex
+        step = -np.linalg.solve(hessian[at] + lift[:, None, None] * np.eye(2), gradient[at, :, None])[:, :, 0]
+        room = _APPROACH * left[at, 0]
+        length = np.where(-step[:, 0] > room, room / np.where(step[:, 0] < 0, -step[:, 0], 1.0), 1.0)
+        converged = (abs(step) <= _DIGITS * rounding[at, None]).all(axis=1)
+        left[at[converged]] += length[converged, None] * step[converged]
+        at, step, length = at[~converged], step[~converged], length[~converged]
+        if not at.size:
+            return left
+        promised = _DECREASE * (gradient[at] * step).sum(axis=1)
+        half = 0.5 * np.linalg.norm(gradient[at], axis=1)
+        waiting = np.arange(len(at))
+        for _ in range(_CUTS):
+            who = at[waiting]
+            new = left[who] + length[waiting, None] * step[waiting]
+            energy, slope, curvature = _total(law._part(who), new, jump[who], Z[who], k[who])
+            good = energy <= value[who] + length[waiting] * promised[waiting]
+            good |= np.linalg.norm(slope, axis=1) < half[waiting]  # where the energy's own digits are spent
+            found = who[good]
+            left[found], value[found], gradient[found], hessian[found] = new[good], energy[good], slope[good], curvature[good]
+            waiting = waiting[~good]
+            if not waiting.size:
+                break
+            length[waiting] *= 0.4
+    raise NoContact(f"no contact found for the jump {jump[at[0]]} at Z = {Z[at[0]]:g}")
+
+
+def _least(matrix: Array) -> Array:
+    """Smaller eigenvalue of symmetric (n, 2, 2)."""
+    a, b, c = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1]
+    return np.asarray(0.5 * (a + c) - np.hypot(0.5 * (a - c), b))
+
+
+def _total(law: CrackPlane, left: Array, jump: Array, Z: Array, k: Array) -> tuple[Array, Array, Array]:
+    """V and the energy of the plane, its gradient and its Hessian."""
+    value, gradient, hessian, _ = _energy(law, left, Z)
+    value += 0.5 * ((left - jump) ** 2 * k).sum(axis=1)
+    gradient += k * (left - jump)
+    hessian[:, [0, 1], [0, 1]] += k
+    return value, gradient, hessian

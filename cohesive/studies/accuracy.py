@@ -1,0 +1,132 @@
+"""Settings for an accuracy: from the trade of a scene where there is one, else from that of the nearest built-in scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from ..errors import SceneError
+from ..scenes.scene import Scene
+from .parameters import Changes, changes, distance, label, problem
+from .trade import Trade
+
+_TABLES = resources.files("cohesive.studies") / "trades"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Settings for an accuracy.
+
+    Attributes
+    ----------
+    changes : keys of the scene, for `Scene.with_`
+    promised : relative error that they promise; above the accuracy where no setting reaches it
+    text : where they come from
+    """
+
+    changes: Changes
+    promised: float
+    text: str
+
+
+def stored() -> dict[str, Trade]:
+    """The trades of the built-in scenes by name, NAME or NAME-smeared.
+
+    They are renewed by `cohesive trade NAME [--set model.kind=smeared]`, whose trade.csv becomes studies/trades/NAME.csv.
+    """
+    files = sorted((entry for entry in _TABLES.iterdir() if entry.name.endswith(".csv")), key=lambda entry: entry.name)
+    return {entry.name[:-4]: Trade.load(Path(str(entry))) for entry in files}
+
+
+def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None = None) -> Choice:
+    """The cheapest settings that promise an accuracy.
+
+    From the user's own trade of the scene, or the stored one of a built-in scene, the settings are taken as they were
+    measured. A scene without one borrows from the built-in scene of the same model that is nearest: of the same kind of
+    specimen before others (in space of no other), of the same kind of loading before others, then nearest in crack length
+    and E Gf / ft^2. `knobs.changes` says how settings are carried over, and `Trade.promise` what they promise there.
+
+    Parameters
+    ----------
+    scene : Scene of a built-in specimen.
+    accuracy : above 0 and below 1, or a text like "1%".
+    table : trade.csv of the user's; if it is of another problem, the text says so and it is left aside.
+
+    Raises
+    ------
+    SceneError
+        For another accuracy, a mesh of the user's, a model of which there is no trade, or a table that cannot be read.
+    """
+    wanted = parse(accuracy)
+    if scene.sizes is None:
+        raise SceneError("accuracy: a mesh of your own has no sizes to choose; expected a built-in specimen")
+    said = ""
+    own = {str(table): Trade.load(table)} if table is not None and Path(table).is_file() else {}
+    for name, trade in own.items():
+        there, here = problem(trade.scene), problem(scene)
+        if differing := [part for part in here if here[part] != there[part]]:
+            said = f"{name} is of another version of this scene (other {', '.join(differing)}) and left aside; "
+    tables = stored()
+    for name, trade in [*own.items(), *tables.items()]:
+        if problem(trade.scene) == problem(scene):
+            return _choice(scene, wanted, trade, f"{said}measured on this scene, {_where(name)}", elsewhere=False)
+    alike = [name for name in tables if _kind(tables[name].scene) == _kind(scene)]
+    if not alike:
+        raise SceneError(f"accuracy: no stored trade is of a {', '.join(_kind(scene))} model; `cohesive trade` measures one")
+    name = min(alike, key=lambda each: _rank(scene, tables[each].scene))
+    where = f"{said}carried over from {_where(name)}, not measured on this scene: `cohesive trade` would"
+    return _choice(scene, wanted, tables[name], where, elsewhere=True)
+
+
+def parse(accuracy: float | str) -> float:
+    """A fraction above 0 and below 1, or a percentage, as a number; SceneError for anything else."""
+    text = str(accuracy).strip()
+    try:
+        value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1.0:
+        raise SceneError(f"accuracy {accuracy}: expected a percentage or a part of 1, above 0 and below 100 %, as 1% or 0.01")
+    return value
+
+
+def _choice(scene: Scene, wanted: float, trade: Trade, where: str, elsewhere: bool) -> Choice:
+    best = trade.cheapest(wanted, elsewhere)
+    missed = ""
+    if best is None:
+        best = min(
+            (trial for trial in trade.trials if trial.is_same_problem), key=lambda trial: trade.promise(trial, elsewhere)
+        )
+        missed = "no setting reaches it, the most accurate one is taken: "
+    found = changes(scene, best.settings, trade.scene)
+    keys = ", ".join(
+        f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in found.items()
+    )
+    promised = trade.promise(best, elsewhere)
+    text = (
+        f"accuracy {100 * wanted:.3g} %: {missed}{label(best.settings)}, which promises {100 * promised:.2g} % ({where}): "
+        f"{keys or 'nothing changes'}"
+    )
+    return Choice(found, promised, text)
+
+
+def _where(name: str) -> str:
+    return name if name.endswith(".csv") else f"the stored trade of {name}"
+
+
+def _kind(scene: Scene) -> tuple[str, ...]:
+    """What scenes have in common that borrow from one another: the model, and in space the specimen, as settings of another
+    one may cost hours there."""
+    model = ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
+    return (scene.kind, *model) if scene.is_solid else model
+
+
+def _rank(scene: Scene, like: Scene) -> tuple[bool, bool, float]:
+    return scene.kind != like.kind, _turns(scene) != _turns(like), distance(scene, like)
+
+
+def _turns(scene: Scene) -> bool:
+    """Whether the loading turns back."""
+    return any(stage.unload is not None or len(stage.targets) > 1 for stage in scene.stages)

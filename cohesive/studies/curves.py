@@ -1,0 +1,127 @@
+"""Load over opening, and how far two such curves lie apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays import Array
+
+if TYPE_CHECKING:
+    from ..results.result import Result
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The curve of one run from the unloaded state on.
+
+    Attributes
+    ----------
+    opening, load, work : (n,) arrays, mm, N, N mm
+    platen : (n,) array, mm, the way of a platen that moves in two directions, over which its load is drawn; None where
+        the load is drawn over the opening
+    """
+
+    opening: Array
+    load: Array
+    work: Array
+    platen: Array | None
+
+    @property
+    def peak(self) -> float:
+        """Largest load, N."""
+        return float(self.load.max())
+
+    @property
+    def opening_at_peak(self) -> float:
+        """Opening at the largest load, mm."""
+        return float(self.opening[self.load.argmax()])
+
+
+def curve_of(result: Result) -> Curve:
+    """The curve of a run."""
+    opening, load, work = (np.r_[0.0, result.history[name]] for name in ("opening", "load", "work"))
+    return Curve(opening, load, work, np.r_[0.0, result.platen_path] if result.drives_both_ways else None)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two curves over a parameter that both have in common: what they travelled of the opening, or of the platen's way.
+
+    Attributes
+    ----------
+    curves : two of Curve
+    travelled : (n,) array for each, mm
+    end : the end that both reach, mm
+    """
+
+    curves: Sequence[Curve]
+    travelled: list[Array]
+    end: float
+
+    @classmethod
+    def of(cls, first: Curve, second: Curve) -> Pair:
+        """Two curves of the same scene."""
+        curves = (first, second)
+        ways = [curve.platen for curve in curves]
+        travelled = _travelled([c.opening for c in curves]) if ways[0] is None or ways[1] is None else [ways[0], ways[1]]
+        return cls(curves, travelled, float(min(s[-1] for s in travelled)))
+
+    def upto_end(self, i: int) -> tuple[Array, Array, Array]:
+        """Parameter, opening and load of one of the curves up to the common end."""
+        s, curve = self.travelled[i], self.curves[i]
+        keep = np.r_[s[s < self.end], self.end]
+        return keep, np.asarray(np.interp(keep, s, curve.opening)), np.asarray(np.interp(keep, s, curve.load))
+
+    def energy(self, i: int) -> float:
+        """Area under load over opening up to the common end, or the work of the platen, N mm."""
+        if self.curves[i].platen is not None:
+            return float(np.interp(self.end, self.travelled[i], self.curves[i].work))
+        _, opening, load = self.upto_end(i)
+        return float(np.trapezoid(load, opening))
+
+    def under(self, i: int) -> float:
+        """Area under the size of the load over the parameter, N mm."""
+        s, _, load = self.upto_end(i)
+        return float(np.trapezoid(abs(load), s))
+
+    def difference(self) -> tuple[Array, Array]:
+        """Load of the second curve less that of the first (N), over the parameter (mm)."""
+        (s0, _, load0), (s1, _, load1) = self.upto_end(0), self.upto_end(1)
+        s = np.union1d(s0, s1)
+        gap = np.interp(s, s1, load1) - np.interp(s, s0, load0)
+        cross = np.flatnonzero(gap[1:] * gap[:-1] < 0)  # where the curves cross, the difference has a corner at 0
+        root = s[cross] + (s[cross + 1] - s[cross]) * gap[cross] / (gap[cross] - gap[cross + 1])
+        return np.insert(s, cross + 1, root), np.insert(gap, cross + 1, 0.0)
+
+    def between(self) -> float:
+        """Area between the curves, N mm."""
+        s, gap = self.difference()
+        return float(np.trapezoid(abs(gap), s))
+
+
+def _travelled(openings: Sequence[Array]) -> list[Array]:
+    """Opening travelled, forth and back.
+
+    Where both curves turn equally often, what they travel between two turns is counted as the mean of both, so that a
+    run that closes a little further does not fall behind the other.
+    """
+    turns = []
+    for opening in openings:
+        moves = np.sign(np.diff(opening))
+        rows = np.flatnonzero(moves)
+        turns.append(np.r_[0, rows[1:][moves[rows[1:]] != moves[rows[:-1]]], len(opening) - 1])
+    travelled = [np.r_[0.0, np.cumsum(abs(np.diff(opening)))] for opening in openings]
+    if len(turns[0]) != len(turns[1]) or len(turns[0]) == 2:
+        return travelled
+    at_turns = np.mean([s[turn] for s, turn in zip(travelled, turns, strict=True)], axis=0)
+    scaled = []
+    for s, turn in zip(travelled, turns, strict=True):
+        common = np.interp(s, s[turn], at_turns)
+        last = s > s[turn[-2]]  # one run may end before the other
+        common[last] = at_turns[-2] + s[last] - s[turn[-2]]
+        scaled.append(common)
+    return scaled

@@ -1,0 +1,218 @@
+"""The knobs of a scene that trade accuracy for cost, and how their settings are carried from one scene to another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
+
+from meshing.solids import Extruded, SingleCrack3D
+
+from ..errors import SceneError
+from ..model.cracks import default_width
+from ..scenes.scene import Scene
+from ..solver.stages import MOTIONS, Stage
+
+#: values by knob: a factor on what the scene has (the first five and "finer"), or the value itself
+Settings = dict[str, Any]
+
+#: dotted keys of a scene
+Changes = dict[str, Any]
+
+_FACTORS = ("crack size", "far size", "layers", "width", "steps", "finer")
+
+#: what changes the physics, and is no way to solve the same problem cheaper
+PHYSICS = ("smoothing c_zn", "model")
+
+KNOBS = (
+    "crack size", "far size", "layers", "order", "shape", "width", "quadrature", "steps", "largest step", "tolerance",
+    "tangent", "reduction", "half", *PHYSICS,
+)  # fmt: skip
+
+
+def label(settings: Settings) -> str:
+    """Settings as words."""
+
+    def one(knob: str, value: Any) -> str:
+        if value is True:
+            return knob
+        return f"{knob} {'x ' if knob in _FACTORS else ''}{value if isinstance(value, str) else format(value, 'g')}"
+
+    return ", ".join(one(knob, value) for knob, value in settings.items()) or "as it is"
+
+
+def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
+    """Each knob turned alone; `knobs` names those that are turned, default: all that the scene has."""
+    wanted = KNOBS if knobs is None else tuple(knobs)
+    for knob in wanted:
+        if knob not in KNOBS:
+            raise SceneError(f"knobs: '{knob}' is unknown; expected some of {', '.join(KNOBS)}")
+    sizes = scene.sizes
+    assert sizes is not None
+    discrete = scene.model.kind == "discrete"
+    values: dict[str, tuple[Any, ...]] = {
+        "crack size": (4.0, 2.0, 0.75 if scene.is_solid else 0.5),
+        "far size": (2.0, 0.5),
+        "layers": (0.5, 2.0) if isinstance(scene.specimen, Extruded) else (),
+        "order": (3 - sizes.order,),
+        "shape": ("quad" if sizes.shape == "triangle" else "triangle",) if _has_shapes(scene) else (),
+        "width": (4.0, 2.0, 0.5, 0.25) if _has_width(scene) else (),
+        "quadrature": ("gauss" if scene.interface.quadrature == "nodal" else "nodal",) if discrete else (),
+        "steps": (0.125, 0.25, 0.5, 2.0),
+        "largest step": tuple(most for most in (2.0, 4.0) if most != scene.solver.largest_step),
+        "tolerance": (1e-2, 1e-3, 1e-6),
+        "tangent": ("secant",) if scene.solver.tangent == "consistent" else ("consistent",),
+        "reduction": ("none",) if scene.solver.reduction != "none" else (),
+        "half": (True,) if _can_be_halved(scene) and not scene.model.half else (),
+        "smoothing c_zn": tuple(c for c in (5.0, 9.0, 50.0) if c != scene.material.c_zn),
+        "model": ("smeared" if discrete else "discrete",),
+    }
+    found = [{knob: value} for knob in wanted for value in values[knob]]
+    return [settings for settings in found if _is_turned(scene, settings)]
+
+
+def _is_turned(scene: Scene, settings: Settings) -> bool:
+    """Whether settings change a scene, as a far size below the crack size does not, to one that there is."""
+    keys = changes(scene, settings)
+    try:
+        scene.with_(**keys)
+    except SceneError:  # it has no crack band
+        return False
+    return bool(keys)
+
+
+def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Changes:
+    """The keys of a scene that settings change, measured on the scene itself or on another one.
+
+    Sizes are carried over by the ratio of the crack lengths or that of the characteristic lengths E Gf / ft^2, whichever
+    asks for the finer mesh: the first keeps the number of elements along the crack, the second that in its process zone.
+    Layers through a thickness keep their shape. Steps keep their number, and become more where they would grow longer in
+    units of Gf / ft; the interface width follows its own rule; half a body is taken where there is one, a shape and order
+    where the specimen has them; all else is taken as it is.
+
+    Parameters
+    ----------
+    scene : Scene of a built-in specimen.
+    settings : Settings
+    like : the scene on which the settings were measured; default: `scene`.
+    """
+    like = like or scene
+    sizes, model = like.sizes, settings.get("model", scene.model.kind)
+    assert sizes is not None
+    finer = settings.get("finer", 1.0)
+    scale = min(_ratios(scene, like))
+    shape = settings.get("shape", sizes.shape) if _has_shapes(scene) else "triangle"
+    is_linear = scene.is_solid and (shape == "quad" or (model == "smeared" and scene.band.where == "path"))
+    crack = sizes.crack_size * scale * settings.get("crack size", 1.0) / finer
+    found: Changes = {
+        "mesh.crack_size": crack,
+        "mesh.far_size": max(sizes.far_size * scale * settings.get("far size", 1.0) / finer, crack),
+        "mesh.order": 1 if is_linear else settings.get("order", sizes.order),
+        "mesh.shape": shape,
+        "solver.tol": settings.get("tolerance", min(like.solver.tol, 1e-7) if finer > 1.0 else like.solver.tol),
+        "solver.tangent": settings.get("tangent", like.solver.tangent),
+        "solver.largest_step": settings.get("largest step", like.solver.largest_step),
+        "solver.reduction": settings.get("reduction", like.solver.reduction),
+        "material.c_zn": settings.get("smoothing c_zn", scene.material.c_zn),
+        "model.kind": model,
+        "model.half": model == "discrete"
+        and (settings.get("half", like.model.half or scene.model.half) and _can_be_halved(scene)),
+    }
+    has_layers = isinstance(scene.specimen, Extruded) and isinstance(like.specimen, Extruded)
+    if has_layers and (sizes.layers is not None or "layers" in settings):  # else they follow the far size
+        thickness, like_thickness = (each.crack_area / each.crack_length for each in (scene, like))
+        count = sizes.layers_through(like_thickness) * thickness / like_thickness / scale
+        count *= settings.get("layers", 1.0) * finer
+        found["mesh.layers"] = max(1, round(count))
+    if scene.model.kind == "discrete":
+        found["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
+    if _has_width(scene) and scene.model.kind == "smeared":  # square elements, unless the width is turned on its own
+        factor = settings.get("width", settings.get("crack size", 1.0)) / finer
+        width = like.band_width * scale * factor
+        if scene.band.width is not None or width != crack:
+            found["band.width"] = width
+    elif _has_width(scene):
+        rule, rule_there = (default_width(each.crack_length, each.material) for each in (scene, like))
+        there = like.interface.width
+        factor = settings.get("width", 1.0) / finer * (there / rule_there if isinstance(there, float) else 1.0)
+        if scene.interface.width is not None or factor != 1.0:
+            found["interface.width"] = rule * factor
+    found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
+    return {key: value for key, value in found.items() if value != _current(scene, key)}
+
+
+def distance(scene: Scene, like: Scene) -> float:
+    """How far two scenes are apart in size: of the ratios of crack lengths and characteristic lengths, the larger one's
+    logarithm."""
+    return max(abs(math.log(ratio)) for ratio in _ratios(scene, like))
+
+
+def _ratios(scene: Scene, like: Scene) -> tuple[float, float]:
+    lengths = scene.crack_length / like.crack_length
+    return lengths, scene.material.characteristic_length / like.material.characteristic_length
+
+
+def _has_width(scene: Scene) -> bool:
+    """Whether the width of the crack plane is free: not eq. (21) as printed, nor given by the elements."""
+    return scene.interface.width != "h" if scene.model.kind == "discrete" else scene.band.where == "path"
+
+
+def _has_shapes(scene: Scene) -> bool:
+    """Whether the specimen may be meshed with either shape."""
+    return not isinstance(scene.specimen, SingleCrack3D)
+
+
+def _can_be_halved(scene: Scene) -> bool:
+    return scene.model.kind == "discrete" and getattr(scene.specimen, "is_symmetric", False)
+
+
+def _current(scene: Scene, key: str) -> Any:
+    """Value of a dotted key, or its default."""
+    table, *number, name = key.split(".")
+    part: Any = {"mesh": scene.sizes, "stage": scene.stages}.get(table) or getattr(scene, table)
+    return getattr(part[int(number[0])] if number else part, name)
+
+
+def _ways(stages: list[Stage]) -> list[float]:
+    """The longest way to a target of each stage."""
+    ways, last, control = [], 0.0, ""
+    for stage in stages:
+        start = last if stage.control == control else 0.0
+        ends = [start, *stage.targets]
+        ways.append(
+            max(abs(target if stage.unload else target - end) for target, end in zip(stage.targets, ends, strict=False))
+        )
+        last, control = ends[-1], stage.control
+    return ways
+
+
+def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
+    """Steps of every stage, after the stage of the same number (or the last one) of the other scene."""
+    opening, opening_there = (m.Gf / m.ft for m in (scene.material, like.material))
+    found: Changes = {}
+    for i, (stage, way) in enumerate(zip(scene.stages, _ways(scene.stages), strict=True)):
+        j = min(i, len(like.stages) - 1)
+        other, way_there = like.stages[j], _ways(like.stages)[j]
+        count = other.count(way_there)
+        if stage.control in MOTIONS and other.control in MOTIONS:
+            count *= max(1.0, (way / opening) / (way_there / opening_there))
+        if stage.step is not None:
+            if not math.isclose(step := way / (count * factor), stage.step):
+                found[f"stage.{i}.step"] = step
+        elif (steps := math.ceil(count * factor - 1e-9)) != stage.count(way):
+            found[f"stage.{i}.steps"] = steps
+    return found
+
+
+def problem(scene: Scene) -> dict[str, Any]:
+    """What a scene asks, apart from how it is solved: scenes with the same problem may share a trade."""
+    band = {} if scene.model.kind == "discrete" else {"width": None, "tol": None}
+    interface = scene.interface.width == "h" if scene.model.kind == "discrete" else None
+    return {
+        "specimen": (scene.kind, asdict(scene.specimen)),
+        "material": asdict(scene.material),
+        "model": (scene.model.kind, scene.model.plane, interface),
+        "band": asdict(scene.band) | band if band else None,
+        "stage": [asdict(stage) | {"steps": None, "step": None} for stage in scene.stages],
+    }
