@@ -9,7 +9,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from types import FrameType
 
-from .algebra.petsc.ranks import place
+from .algebra.petsc.ranks import rank_and_size
 
 #: seconds after which a process tells of an error that process 0 has not told by then
 _PATIENCE = 5.0
@@ -21,7 +21,7 @@ def main() -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # imports make many objects and no garbage: looking for it takes a tenth of a short run
     gc.set_threshold(50_000)
-    if number := place()[0]:
+    if number := rank_and_size()[0]:
         return _other_than_0(number)
     terminated = False
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from meshing import Specimen, front_length
+from meshing import Specimen, crack_front_length
 
 from .errors import NotConverged, SceneError
 from .model.build import build
@@ -59,7 +59,7 @@ def run(
         march.notes.append(warning)
     if isinstance(scene.specimen, Specimen) and scene.specimen.is_off_the_notch():
         march.notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
-    if isinstance(scene.specimen, UserMesh) and not built.is_smeared and (length := front_length(built.mesh)):
+    if isinstance(scene.specimen, UserMesh) and not built.is_smeared and (length := crack_front_length(built.mesh)):
         march.notes.append(f"the crack surface ends inside the body along {length:.4g} mm of its edge; there is the front")
     done: list[tuple[dict[str, float], State]] = []
     clock = time.perf_counter()
@@ -73,14 +73,14 @@ def run(
             for step in march:
                 row = {
                     "step": len(done) + 1,
-                    **built.record(step.trial.state),
-                    "iterations": step.trial.iterations,
+                    **built.record(step.equilibrium.state),
+                    "iterations": step.equilibrium.iterations,
                     "cuts": step.cuts,
-                    "residual": step.trial.residuals[-1],
+                    "residual": step.equilibrium.residuals[-1],
                     "wall_time": time.perf_counter() - clock,
                     "stage": step.stage,
                 }
-                done.append((row, step.trial.state))  # both or, where an interruption comes between, none
+                done.append((row, step.equilibrium.state))  # both or, where an interruption comes between, none
                 writer.write(row)
                 if on_step is not None:
                     on_step(step, row)

@@ -100,7 +100,7 @@ def _analysis(size: Size, reduction: str, steps: int) -> Row:
     march: list[int] = []
 
     def newton() -> None:
-        march[:] = [step.trial.iterations for step in March(model.problem, scene.stages, model.record)]
+        march[:] = [step.equilibrium.iterations for step in March(model.problem, scene.stages, model.record)]
 
     repeats = 7 if scene.model.kind == "discrete" else 2  # what else the machine does only adds
     seconds = best_of(1 if reduction == "none" else repeats, newton)
@@ -129,7 +129,7 @@ def growth(sizes: Mapping[str, Size]) -> dict[str, Row]:
         for name, model in models.items():
             clock = time.perf_counter()
             march = March(model.problem, scenes[name].stages, model.record)
-            iterations = sum(step.trial.iterations for step in march)
+            iterations = sum(step.equilibrium.iterations for step in march)
             iteration = (time.perf_counter() - clock) / iterations
             best = min(iteration, rows[name]["iteration"]) if name in rows else iteration
             rows[name] = {
@@ -157,7 +157,7 @@ def elastic_solve(scene: Scene, order: str, repeats: int = 2) -> Row:
     ("NATURAL") in that of the dissection."""
     problem = build(scene).problem
     assert isinstance(problem.stiffness, SparseStiffness)
-    rows, columns, values = problem.points.stiffness(problem.law.elastic())
+    rows, columns, values = problem.operator.stiffness(problem.point_law.elastic())
     K = (problem.stiffness.matrix + sp.coo_array((values, (rows, columns)), shape=problem.stiffness.matrix.shape)).tocsc()
     if order == "NATURAL":
         K = K[problem.stiffness.order][:, problem.stiffness.order].tocsc()

@@ -48,7 +48,7 @@ def _analysis(size: Size) -> Row:
     loaded = memory()
     model = build(scene)
     clock = time.perf_counter()
-    iterations = sum(step.trial.iterations for step in March(model.problem, scene.stages, model.record))
+    iterations = sum(step.equilibrium.iterations for step in March(model.problem, scene.stages, model.record))
     newton = time.perf_counter() - clock
     assert isinstance(model.problem.stiffness, DenseStiffness)
     return dict(model.timings) | {

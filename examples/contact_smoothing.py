@@ -118,7 +118,7 @@ def block(c_zn: float, model: str, size: float, steps: int, name: str = "push-of
         **{"mesh.crack_size": size, "output.frames": 0, "material.c_zn": c_zn, "stage.1.steps": steps, "stage.1.to": SHEARED}
     )
     found: list[tuple[str, list[float]]] = []
-    run(scene, model, on_step=lambda step, row: found.append((step.control, step.trial.residuals)))
+    run(scene, model, on_step=lambda step, row: found.append((step.control, step.equilibrium.residuals)))
     return Iterations([residuals for control, residuals in found if control == "driven"])
 
 

@@ -189,7 +189,7 @@ def main(size: float = 2.5, turns: Sequence[float] = TURNS, plot: Path | None = 
             f"{model}: area under the envelope and its tail {energy:.5f} N/mm, {100 * off:+.2f} % from Gf + ft^2 w/2E; "
             f"{failed} steps were cut; reloading stiffness (MPa/mm) " + ", ".join(f"{k:.0f}" for k in stiffness)
         )
-    pair = Pair.of(curve_of(results["discrete"]), curve_of(results["smeared"]))
+    pair = Pair.from_curves(curve_of(results["discrete"]), curve_of(results["smeared"]))
     apart = pair.between() / pair.under(0)
     numbers["models apart"] = apart
     print(f"cycles: area between the models {100 * apart:.2f} % of the area under the curve")

@@ -3,21 +3,21 @@
 from .band import mesh_band
 from .band_reader import read_band_mesh
 from .base import PlaneSpecimen, Specimen
-from .cracks import front_length, insert_cracks
+from .cracks import crack_front_length, insert_cracks
 from .errors import MeshError
-from .plane import Body, MeshSizes, mesh_body, mesh_polygon
+from .plane import MeshSizes, Outline, mesh_body, mesh_polygon
 from .reader import read_mesh
 from .solids import NotchedBeam3D, PushOff3D, SingleCrack3D
 from .specimens import MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
 
 __all__ = [
-    "Body",
     "MeshError",
     "MeshSizes",
     "MixedModePlate",
     "NotchedBeam",
     "NotchedBeam3D",
     "NotchedTension",
+    "Outline",
     "PlaneSpecimen",
     "PushOff",
     "PushOff3D",
@@ -25,7 +25,7 @@ __all__ = [
     "SingleCrack",
     "SingleCrack3D",
     "Specimen",
-    "front_length",
+    "crack_front_length",
     "insert_cracks",
     "mesh_band",
     "mesh_body",

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from .cracks import Point, cut_slits, edges_on_path, nodes_on_segment
 from .errors import MeshError
 from .plane import (
-    Body,
     MeshSizes,
+    Outline,
     add_face,
     add_lines,
     check_sizes,
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
+def mesh_band(body: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
     """Mesh a body with a row of quadrilaterals along each crack path, one element wide.
 
     The row is centred on the path and follows it with mitred joints. Where a path ends on an edge of the body, so does
@@ -40,7 +40,7 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
 
     Parameters
     ----------
-    body : Body
+    body : Outline
         Whole, not a half.
     sizes : MeshSizes
         `crack_size` is the length of the band's elements along the path. With shape "quad" a few triangles are left over
@@ -69,7 +69,7 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
     opened, strips = lay_strips(body, width)
     free, on_end = _sorted_nodes(opened, strips, width)
     with session() as gmsh:
-        face = add_face(gmsh, opened.outline)
+        face = add_face(gmsh, opened.corners)
         tools = [(2, tag) for strip in strips for tag in _add_strip(gmsh, strip)]
         n_faces = len(tools)
         tools += [line for slit in opened.slits for line in add_lines(gmsh, slit)]
@@ -105,7 +105,7 @@ def mesh_band(body: Body, sizes: MeshSizes, width: float) -> meshio.Mesh:
     return cut
 
 
-def _sorted_nodes(body: Body, strips: list[Strip], width: float) -> tuple[list[Point], dict[Point, tuple[Point, Point]]]:
+def _sorted_nodes(body: Outline, strips: list[Strip], width: float) -> tuple[list[Point], dict[Point, tuple[Point, Point]]]:
     """Named points that gmsh must make nodes, and those on an end of the band, with that end."""
     slack = slack_of(body)
     corners = np.concatenate([side for strip in strips for side in (strip.minus, strip.plus)])

@@ -10,7 +10,7 @@ import meshio
 from .band import mesh_band
 from .cracks import Line, Point
 from .errors import MeshError
-from .plane import Body, MeshSizes, mesh_body, mesh_polygon
+from .plane import MeshSizes, Outline, mesh_body, mesh_polygon
 
 
 class Specimen(ABC):
@@ -57,24 +57,24 @@ class PlaneSpecimen(Specimen):
         return bool(self.tips) and all(math.dist(p, tip) > reach for p in ends for tip in self.tips)
 
     @abstractmethod
-    def body(self, half: bool = False) -> Body:
+    def outline(self, half: bool = False) -> Outline:
         """The geometry, or one half of it."""
 
     def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
         """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
-        body = self.body(half)
-        return mesh_polygon(body.outline, body.crack, sizes, body.slits, body.nodes, body.edges, body.half)
+        body = self.outline(half)
+        return mesh_polygon(body.corners, body.crack, sizes, body.slits, body.nodes, body.edges, body.half)
 
     def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
-        return mesh_band(self.body(), sizes, width)
+        return mesh_band(self.outline(), sizes, width)
 
     def check_band(self, sizes: MeshSizes) -> None:
         """All sizes give one."""
 
     def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
         """Mesh for cracks that may form anywhere, fine near the path; see `meshing.plane.mesh_body`."""
-        return mesh_body(self.body(), sizes)
+        return mesh_body(self.outline(), sizes)
 
 
 def expect(specimen: object, name: str, holds: bool, expected: str) -> None:

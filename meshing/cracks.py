@@ -32,7 +32,7 @@ def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
     MeshError
         If a polyline has no length, or is not covered by element edges from end to end.
     """
-    star = Star.of([(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in EDGES])
+    star = Star.from_cells([(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in EDGES])
     _, first = np.unique(star.facet, return_index=True)
     edges, points = star.nodes[first, :2], mesh.points[:, :2]
     slack = 1e-6 * float(np.ptp(points, axis=0).max())
@@ -104,7 +104,7 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     """
     slit = np.empty((0, crack.shape[1]), dtype=np.int64) if slit is None else slit
     cells = bulk_cells(mesh)
-    star = Star.of(cells)
+    star = Star.from_cells(cells)
     minus_row, plus_row = _sides(star, np.concatenate([crack, slit]), mesh.points)
     cut = np.unique(star.facet[minus_row])
     if len(cut) < len(minus_row):
@@ -115,7 +115,7 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
         )
     cells, original = star.split(cells, cut, len(mesh.points))
     # the same rows of the split cells name the copies on either side
-    rows = Star.of(cells).nodes
+    rows = Star.from_cells(cells).nodes
     minus, plus = (
         np.take_along_axis(rows[row], star.columns(row, crack), axis=1)
         for row in (minus_row[: len(crack)], plus_row[: len(crack)])
@@ -170,7 +170,7 @@ def cut_slits(mesh: meshio.Mesh, slit: Index) -> meshio.Mesh:
     """
     cells, original = bulk_cells(mesh), np.arange(len(mesh.points))
     if len(slit):
-        star = Star.of(cells)
+        star = Star.from_cells(cells)
         minus_row, _ = _sides(star, slit, mesh.points)
         cells, original = star.split(cells, np.unique(star.facet[minus_row]), len(mesh.points))
     return meshio.Mesh(
@@ -227,7 +227,7 @@ def mirror_cracks(mesh: meshio.Mesh, crack: Index) -> meshio.Mesh:
         For an edge or face that is not on the boundary of the body.
     """
     cells = bulk_cells(mesh)
-    star = Star.of(cells)
+    star = Star.from_cells(cells)
     row = star.find(crack)
     if (row < 0).any() or (star.find(crack[:, ::-1]) >= 0).any():
         word, facet, _, _ = _WORDS[star.corners]
@@ -265,7 +265,7 @@ def _sides(star: Star, path: Index, points: Array) -> tuple[Index, Index]:
     return minus, plus
 
 
-def front_length(mesh: meshio.Mesh) -> float:
+def crack_front_length(mesh: meshio.Mesh) -> float:
     """Length of the edge of a crack surface that is not split, mm; 0 in the plane."""
     if mesh.points.shape[1] == 2:
         return 0.0

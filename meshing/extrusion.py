@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .band import mesh_band
 from .cracks import cut_slits, edges_on_path, insert_cracks, mirror_cracks
 from .errors import MeshError
-from .plane import Body, MeshSizes, mesh_face
+from .plane import MeshSizes, Outline, mesh_face
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -23,7 +23,7 @@ _TETRA_EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
 _MOST_IN_ALL = 5e6
 
 
-def mesh_prism(body: Body, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
+def mesh_prism(body: Outline, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
     """A body of some thickness with its crack: the extrusion of what `mesh_polygon` gives.
 
     Returns
@@ -42,13 +42,13 @@ def mesh_prism(body: Body, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
     return mirror_cracks(solid, crack) if body.half else insert_cracks(solid, crack, slit)
 
 
-def mesh_prism_body(body: Body, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
+def mesh_prism_body(body: Outline, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
     """A body of some thickness without its crack: the extrusion of what `mesh_body` gives; sets as in `mesh_prism`."""
     solid, _, slit = _uncut(body, sizes, thickness, conforming=False)
     return cut_slits(solid, slit)
 
 
-def mesh_prism_band(body: Body, sizes: MeshSizes, width: float, thickness: float) -> meshio.Mesh:
+def mesh_prism_band(body: Outline, sizes: MeshSizes, width: float, thickness: float) -> meshio.Mesh:
     """A body of some thickness with a crack band: the extrusion of what `mesh_band` gives.
 
     Returns
@@ -121,7 +121,7 @@ def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshi
     return solid
 
 
-def _uncut(body: Body, sizes: MeshSizes, thickness: float, conforming: bool) -> tuple[meshio.Mesh, Index, Index]:
+def _uncut(body: Outline, sizes: MeshSizes, thickness: float, conforming: bool) -> tuple[meshio.Mesh, Index, Index]:
     """The uncut solid mesh, and the faces of crack and slits."""
     tetrahedra = sizes.shape == "triangle"
     if not tetrahedra and sizes.order == 2:

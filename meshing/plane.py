@@ -77,7 +77,7 @@ class MeshSizes:
 
 
 @dataclass(frozen=True)
-class Body:
+class Outline:
     """A plane body before it is meshed. Lengths in mm.
 
     Parameters
@@ -89,7 +89,7 @@ class Body:
     half : the crack runs along the outline, and a mirror image stands on its other side.
     """
 
-    outline: Line
+    corners: Line
     crack: Sequence[Line]
     slits: Sequence[Line] = ()
     nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
@@ -109,11 +109,11 @@ def check_not_layered(sizes: MeshSizes) -> None:
         )
 
 
-def check_sizes(body: Body, sizes: MeshSizes) -> None:
+def check_sizes(body: Outline, sizes: MeshSizes) -> None:
     """Refuse what gmsh has no word for: lines without length, and element sizes that would fill the memory; MeshError."""
     check_not_layered(sizes)
     path_length("notch", body.slits)
-    corners = np.asarray(body.outline, dtype=float)
+    corners = np.asarray(body.corners, dtype=float)
     x, y = corners.T
     area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
     check_count("crack_size", sizes.crack_size, "along the crack", path_length("crack", body.crack), 1, _MOST_ALONG)
@@ -173,7 +173,7 @@ def mesh_polygon(
 
     Parameters
     ----------
-    outline, crack, slits, nodes, edges, half : as those of `Body`.
+    outline, crack, slits, nodes, edges, half : as those of `Outline`.
     sizes : MeshSizes
 
     Returns
@@ -186,7 +186,7 @@ def mesh_polygon(
     MeshError
         Naming the entity: a polyline that is degenerate or leaves the body, a point outside it.
     """
-    body = Body(outline, crack, slits, nodes or {}, edges or {}, half)
+    body = Outline(outline, crack, slits, nodes or {}, edges or {}, half)
     mesh = mesh_face(body, sizes, conforming=True)
     path = edges_on_path(mesh, "crack", crack)
     if half:
@@ -194,7 +194,7 @@ def mesh_polygon(
     return insert_cracks(mesh, path, edges_on_path(mesh, "notch", slits))
 
 
-def mesh_body(body: Body, sizes: MeshSizes) -> meshio.Mesh:
+def mesh_body(body: Outline, sizes: MeshSizes) -> meshio.Mesh:
     """Mesh a body without its crack, for cracks that may form anywhere.
 
     Returns
@@ -212,12 +212,12 @@ def mesh_body(body: Body, sizes: MeshSizes) -> meshio.Mesh:
     return cut_slits(mesh, edges_on_path(mesh, "notch", body.slits))
 
 
-def mesh_face(body: Body, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
+def mesh_face(body: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
     """The uncut mesh with its point sets; element edges follow the slits, and the crack if `conforming`."""
     check_sizes(body, sizes)
     with session() as gmsh:
         occ = gmsh.model.occ
-        face = add_face(gmsh, body.outline)
+        face = add_face(gmsh, body.corners)
         crack = [line for path in body.crack for line in add_lines(gmsh, path)]
         tools = [*crack] if conforming else []
         tools += [line for path in body.slits for line in add_lines(gmsh, path)]

@@ -144,7 +144,7 @@ def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
                 f"file = '{path}': {kind} {i} at {as_text(p[i].mean(axis=0))} is inverted or flat; expected cells "
                 "with a positive volume in the node order of meshio"
             )
-    nodes, star = mesh.points.shape[0], Star.of(bulk_cells(mesh))
+    nodes, star = mesh.points.shape[0], Star.from_cells(bulk_cells(mesh))
     is_used = np.zeros(nodes, dtype=bool)
     is_used[star.nodes.ravel()] = True
     for block in mesh.cells:
@@ -237,7 +237,7 @@ def _facets_between(mesh: meshio.Mesh, nodes: Index) -> Star:
     """The element-facet incidences whose corners are all among some nodes."""
     on = np.zeros(len(mesh.points), dtype=bool)
     on[nodes] = True
-    star = Star.of(bulk_cells(mesh))
+    star = Star.from_cells(bulk_cells(mesh))
     rows = on[star.nodes[:, : star.corners]].all(axis=1)
     return Star(star.cell[rows], star.facet[rows], star.nodes[rows], star.corners)
 

@@ -33,11 +33,11 @@ class Extruded(PlaneSpecimen):
 
     def mesh(self, sizes: MeshSizes, half: bool = False) -> meshio.Mesh:
         """Mesh for a discrete crack: crack cells along the path; see `meshing.extrusion.mesh_prism`."""
-        return mesh_prism(self.body(half), sizes, self.thickness)
+        return mesh_prism(self.outline(half), sizes, self.thickness)
 
     def mesh_band(self, sizes: MeshSizes, width: float) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide; see `meshing.extrusion.mesh_prism_band`."""
-        return mesh_prism_band(self.body(), sizes, width, self.thickness)
+        return mesh_prism_band(self.outline(), sizes, width, self.thickness)
 
     def check_band(self, sizes: MeshSizes) -> None:
         """Refuse second order; MeshError."""
@@ -45,7 +45,7 @@ class Extruded(PlaneSpecimen):
 
     def mesh_body(self, sizes: MeshSizes) -> meshio.Mesh:
         """Mesh for cracks that may form anywhere, fine near the path; see `meshing.extrusion.mesh_prism_body`."""
-        return mesh_prism_body(self.body(), sizes, self.thickness)
+        return mesh_prism_body(self.outline(), sizes, self.thickness)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 from .base import PlaneSpecimen, at_least_zero, expect, positive
 from .cracks import Line, Point
-from .plane import Body
+from .plane import Outline
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class NotchedBeam(PlaneSpecimen):
         """Whether the half on the plus side of the crack may stand for the whole."""
         return self.notch_position == 0.0 and not self.crack
 
-    def body(self, half: bool = False) -> Body:
+    def outline(self, half: bool = False) -> Outline:
         """The geometry, of the left half if so wanted."""
         a, b, x, w = self.length / 2, self.depth, self.notch_position, self.notch_width / 2
         if half:
@@ -75,7 +75,7 @@ class NotchedBeam(PlaneSpecimen):
             points: dict[str, Sequence[Point]] = {"support_left": [(-self.span / 2, 0.0)], "load": [(0.0, b)]}
             if self.gauge:
                 points["gauge_plus"] = [(-self.gauge / 2, 0.0)]
-            return Body(_without_repeats(corners), self.paths, (), points, half=True)
+            return Outline(_without_repeats(corners), self.paths, (), points, half=True)
         outline: list[Point] = [(a, 0), (a, b), (-a, b), (-a, 0)]
         slits: list[Line] = []
         if self.notch and self.notch_width:
@@ -89,7 +89,7 @@ class NotchedBeam(PlaneSpecimen):
         }
         if self.gauge:
             nodes |= {"gauge_plus": [(x - self.gauge / 2, 0.0)], "gauge_minus": [(x + self.gauge / 2, 0.0)]}
-        return Body(outline, self.paths, slits, nodes)
+        return Outline(outline, self.paths, slits, nodes)
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ class NotchedTension(PlaneSpecimen):
         """Where across the plate the opening is measured."""
         return -self.width / 2, self.width / 2
 
-    def body(self, half: bool = False) -> Body:
+    def outline(self, half: bool = False) -> Outline:
         """The geometry, of the upper half if so wanted."""
         a, b, w = self.width / 2, self.length / 2, self.notch_width / 2
         tip = a - self.notch
@@ -167,7 +167,7 @@ class NotchedTension(PlaneSpecimen):
             corners += [(a, b), (-a, b)]
             points = {"gauge_plus": [(x, self.gauge / 2) for x in self._gauge_at]} if self.gauge else {}
             edge = {"top": ((-a, b), (a, b))}
-            return Body(_without_repeats(corners), self.paths, (), points, edge, half=True)
+            return Outline(_without_repeats(corners), self.paths, (), points, edge, half=True)
         outline: list[Point] = [(-a, -b), (a, -b)]
         if self.notch and w and both:
             outline += [(a, -w), (tip, -w), (tip, w), (a, w)]
@@ -183,7 +183,7 @@ class NotchedTension(PlaneSpecimen):
         nodes: dict[str, Sequence[Point]] = {}
         if g:
             nodes = {"gauge_minus": [(x, -g) for x in self._gauge_at], "gauge_plus": [(x, g) for x in self._gauge_at]}
-        return Body(outline, self.paths, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))})
+        return Outline(outline, self.paths, slits, nodes, {"base": ((-a, -b), (a, -b)), "top": ((-a, b), (a, b))})
 
 
 @dataclass(frozen=True)
@@ -276,7 +276,7 @@ class SingleCrack(PlaneSpecimen):
 
     is_symmetric = False
 
-    def body(self, half: bool = False) -> Body:
+    def outline(self, half: bool = False) -> Outline:
         """The geometry; there is no half of it."""
         a, b, g = self.width / 2, self.height / 2, self.gauge / 2
         corners = [self.turned(*p) for p in ((-a, -b), (a, -b), (a, b), (-a, b))]
@@ -285,7 +285,7 @@ class SingleCrack(PlaneSpecimen):
             n = self.normal
             nodes |= {"gauge_minus": [(-g * n[0], -g * n[1])], "gauge_plus": [(g * n[0], g * n[1])]}
         edges = {"base": (corners[0], corners[1]), "top": (corners[3], corners[2])}
-        return Body(corners, self.paths, (), nodes, edges)
+        return Outline(corners, self.paths, (), nodes, edges)
 
 
 @dataclass(frozen=True)
@@ -316,12 +316,12 @@ class SandwichPanel(PlaneSpecimen):
     gauge = 0.0
     is_symmetric = False
 
-    def body(self, half: bool = False) -> Body:
+    def outline(self, half: bool = False) -> Outline:
         """The geometry; there is no half of it."""
         a, b = self.width / 2, self.height / 2
         corners: list[Point] = [(-a, -b), (a, -b), (a, b), (-a, b)]
         edges = {"base": (corners[0], corners[1]), "top": (corners[3], corners[2])}
-        return Body(corners, self.paths, edges=edges)
+        return Outline(corners, self.paths, edges=edges)
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ class Star:
     corners: int
 
     @classmethod
-    def of(cls, cells: Sequence[tuple[str, Index]]) -> Star:
+    def from_cells(cls, cells: Sequence[tuple[str, Index]]) -> Star:
         """Of blocks whose facets have the same number of nodes."""
         owner, nodes, offset = [], [], 0
         for kind, block in cells:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .cracks import Line, Point, nodes_on_segment, path_length
 from .errors import MeshError
-from .plane import SLACK, Body
+from .plane import SLACK, Outline
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class Strip:
         return [(_point(self.minus[i]), _point(self.plus[i])) for i in (0, -1)]
 
 
-def lay_strips(body: Body, width: float) -> tuple[Body, list[Strip]]:
+def lay_strips(body: Outline, width: float) -> tuple[Outline, list[Strip]]:
     """The rows of faces along the crack paths of a body, and the body with its slits opened to their ends.
 
     Raises
@@ -70,9 +70,9 @@ def lay_strips(body: Body, width: float) -> tuple[Body, list[Strip]]:
     return opened, strips
 
 
-def slack_of(body: Body) -> float:
+def slack_of(body: Outline) -> float:
     """Distance in mm below which two points are one."""
-    return SLACK * float(np.ptp(np.array(body.outline, dtype=float), axis=0).max())
+    return SLACK * float(np.ptp(np.array(body.corners, dtype=float), axis=0).max())
 
 
 def part_inside(polygon: Array, face: Array, slack: float) -> Array:
@@ -99,7 +99,7 @@ def part_above(polygon: Array, height: Array) -> Array:
     return np.array(kept).reshape(-1, polygon.shape[1])
 
 
-def _strip(body: Body, line: Line, width: float, slack: float) -> Strip:
+def _strip(body: Outline, line: Line, width: float, slack: float) -> Strip:
     """Each corner lies where the parallel to a segment meets the cut: a mitre, an edge of the body, or a square end."""
     path = np.array(line, dtype=float)
     along = np.diff(path, axis=0)
@@ -130,13 +130,13 @@ def _strip(body: Body, line: Line, width: float, slack: float) -> Strip:
     return strip
 
 
-def _end(body: Body, end: Array, normal: Array, width: float, slack: float) -> tuple[Array, Array]:
+def _end(body: Outline, end: Array, normal: Array, width: float, slack: float) -> tuple[Array, Array]:
     """The end of a path, moved onto the body's edge if it lies there, and the direction of the cut."""
     least = math.cos(math.radians(_STEEPEST))
-    edges = [(abs(float(_unit(a, b) @ normal)), i) for i, (a, b) in enumerate(_edges(body.outline)) if _on(end, a, b, slack)]
+    edges = [(abs(float(_unit(a, b) @ normal)), i) for i, (a, b) in enumerate(_edges(body.corners)) if _on(end, a, b, slack)]
     if edges:
         lean, i = max(edges)
-        a, b = list(_edges(body.outline))[i]
+        a, b = list(_edges(body.corners))[i]
         along = _unit(a, b)
         room = min(math.dist(end, a), math.dist(end, b))
         if lean < least:
@@ -151,7 +151,7 @@ def _end(body: Body, end: Array, normal: Array, width: float, slack: float) -> t
             )
         if width / 2 / lean > room + slack:
             most = f"expected at most {_floor(2 * room * lean):g}"
-            if _is_notch(body.outline, i):
+            if _is_notch(body.corners, i):
                 raise MeshError(
                     f"band.width = {width:g}: wider than the notch at {_at(end)}, notch_width = {math.dist(a, b):g}; {most}"
                 )
@@ -168,21 +168,21 @@ def _end(body: Body, end: Array, normal: Array, width: float, slack: float) -> t
                         f"{_STEEPEST:g} degrees from the notch's direction for a band"
                     )
                 return end, across
-    if not _contains(body.outline, end):
+    if not _contains(body.corners, end):
         raise MeshError(f"the crack path ends outside the body, at {_at(end)}: expected an end inside it or on its outline")
     return end, normal
 
 
-def _opened(body: Body, slit: Line, strip: Strip, end: int, width: float, slack: float) -> Body:
+def _opened(body: Outline, slit: Line, strip: Strip, end: int, width: float, slack: float) -> Outline:
     """The body with a slit opened to the end of a row."""
     tip = strip.path[end]
     mouth = np.array(max(slit, key=lambda p: math.dist(p, tip)), dtype=float)
-    at = [i for i, (a, b) in enumerate(_edges(body.outline)) if _on(mouth, a, b, slack)]
+    at = [i for i, (a, b) in enumerate(_edges(body.corners)) if _on(mouth, a, b, slack)]
     if len(slit) > 2 or not at:
         raise MeshError(
             f"the notch that ends at {_at(tip)}: expected a straight one from the outline, to be opened for a band"
         )
-    a, b = list(_edges(body.outline))[at[0]]
+    a, b = list(_edges(body.corners))[at[0]]
     along, (x, y) = _unit(a, b), _unit(mouth, tip)
     inward = np.array([x, y])
     across = np.array([-y, x]) * (1.0 if np.array([-y, x]) @ along > 0 else -1.0)
@@ -201,8 +201,8 @@ def _opened(body: Body, slit: Line, strip: Strip, end: int, width: float, slack:
                     "expected a point beside the notch"
                 )
     corners = [mouth - reach * along, tip - half * across, tip + half * across, mouth + reach * along]
-    outline = [*body.outline[: at[0] + 1], *map(_point, corners), *body.outline[at[0] + 1 :]]
-    return replace(body, outline=outline, slits=[other for other in body.slits if other is not slit])
+    outline = [*body.corners[: at[0] + 1], *map(_point, corners), *body.corners[at[0] + 1 :]]
+    return replace(body, corners=outline, slits=[other for other in body.slits if other is not slit])
 
 
 def _check_apart(strips: Sequence[Strip], width: float, slack: float) -> None:
@@ -226,9 +226,9 @@ def _check_apart(strips: Sequence[Strip], width: float, slack: float) -> None:
             )
 
 
-def _check_inside(body: Body, strips: Sequence[Strip], width: float, slack: float) -> None:
+def _check_inside(body: Outline, strips: Sequence[Strip], width: float, slack: float) -> None:
     """A MeshError where a row leaves the body or runs into a notch."""
-    edges = np.array(list(_edges(body.outline)))
+    edges = np.array(list(_edges(body.corners)))
     for strip in strips:
         known = np.concatenate([strip.minus, strip.plus])
         # a corner of the body on the side of a row would divide that side
@@ -237,7 +237,7 @@ def _check_inside(body: Body, strips: Sequence[Strip], width: float, slack: floa
             out = [part_inside(edge, face, -slack) for edge in edges]
             out += [part_inside(p[None], face, slack) for p in loose]
             centre = face.mean(axis=0)
-            out.append(np.empty((0, 2)) if _contains(body.outline, centre) else centre[None])
+            out.append(np.empty((0, 2)) if _contains(body.corners, centre) else centre[None])
             for part in out:
                 if len(part):
                     raise MeshError(

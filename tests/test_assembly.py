@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from cohesive.algebra.dissection import nested_dissection
-from cohesive.algebra.unknowns import Tie, Unknowns
+from cohesive.algebra.unknowns import Constraint, Unknowns
 
 X, Y = (1.0, 0.0), (0.0, 1.0)
 #: nodes 0 to 3; 4 and 5 are copies of 1 and 2
 LEADER = np.array([0, 1, 2, 3, 1, 2])
-BASE = [Tie("base", np.array([0]), X), Tie("base", np.array([0]), Y)]
+BASE = [Constraint("base", np.array([0]), X), Constraint("base", np.array([0]), Y)]
 
 
-def unknowns(drive: Tie, *supports: Tie) -> Unknowns:
-    return Unknowns.build(LEADER, [*BASE, *supports], [drive])
+def unknowns(drive: Constraint, *supports: Constraint) -> Unknowns:
+    return Unknowns.from_constraints(LEADER, [*BASE, *supports], [drive])
 
 
 def test_copies_move_by_mean_and_jump() -> None:
-    made = unknowns(Tie("load", np.array([3]), Y))
+    made = unknowns(Constraint("load", np.array([3]), Y))
     T = made.transform.toarray()
     # node 0 is held: 3 nodes with 2 means each, less the driven one; 2 copies with 2 jumps each; the drive
     assert T.shape == (12, 5 + 4 + 1)
@@ -33,23 +33,25 @@ def test_copies_move_by_mean_and_jump() -> None:
 
 
 def test_a_loaded_point_keeps_its_jump_and_a_driven_face_does_not() -> None:
-    point = unknowns(Tie("load", np.array([1, 4]), Y))
+    point = unknowns(Constraint("load", np.array([1, 4]), Y))
     assert point.transform.shape[1] == 5 + 4 + 1
     u = (point.transform.toarray()[:, point.drives[0]]).reshape(-1, 2)
     np.testing.assert_array_equal(u[[1, 4]], [[0, 1], [0, 1]])
-    face = unknowns(Tie("top", np.array([1, 2, 4, 5]), Y))
+    face = unknowns(Constraint("top", np.array([1, 2, 4, 5]), Y))
     assert face.transform.shape[1] == 4 + 2 + 1
-    line = unknowns(Tie("load", np.array([1, 2, 4, 5]), Y, holds_jumps=False))
+    line = unknowns(Constraint("load", np.array([1, 2, 4, 5]), Y, holds_jumps=False))
     assert line.transform.shape[1] == 4 + 4 + 1
-    support = unknowns(Tie("load", np.array([3]), Y), Tie("side", np.array([1, 4]), X))
+    support = unknowns(Constraint("load", np.array([3]), Y), Constraint("side", np.array([1, 4]), X))
     assert support.transform.shape[1] == 4 + 3 + 1
 
 
 def test_faces_in_place_of_means_and_jumps() -> None:
     """Also where the first node of a drive, and of a platen that turns, is at the crack."""
     lever = np.array([1.0, -1.0])
-    base = [Tie("base", np.array([0]), X), Tie("turning", np.array([2, 0]), Y, lever=lever)]
-    made = Unknowns.build(LEADER, base, [Tie("face", np.array([1, 3, 4]), Y), Tie("push", np.array([3]), X)])
+    base = [Constraint("base", np.array([0]), X), Constraint("turning", np.array([2, 0]), Y, lever=lever)]
+    made = Unknowns.from_constraints(
+        LEADER, base, [Constraint("face", np.array([1, 3, 4]), Y), Constraint("push", np.array([3]), X)]
+    )
     faces = np.array([1, 2, 4, 5])
     transform, node, basis = made.with_faces(faces, 2)
     np.testing.assert_allclose((transform @ basis).toarray(), made.transform.toarray(), rtol=1e-15)
@@ -61,18 +63,20 @@ def test_faces_in_place_of_means_and_jumps() -> None:
 
 def test_ties_along_slanted_directions() -> None:
     d = (0.6, 0.8)
-    made = Unknowns.build(LEADER, [Tie("a", np.array([3]), d)], [Tie("load", np.array([0]), (-0.8, 0.6))])
+    made = Unknowns.from_constraints(
+        LEADER, [Constraint("a", np.array([3]), d)], [Constraint("load", np.array([0]), (-0.8, 0.6))]
+    )
     u = (made.transform @ np.random.default_rng(1).normal(size=made.transform.shape[1])).reshape(-1, 2)
     assert abs(u[3] @ d) < 1e-15
 
 
 def test_ties_that_contradict_each_other_are_named() -> None:
     with pytest.raises(ValueError, match="load: a node is both held and driven"):
-        unknowns(Tie("load", np.array([0]), Y))
+        unknowns(Constraint("load", np.array([0]), Y))
     with pytest.raises(ValueError, match="slope: its direction is oblique"):
-        unknowns(Tie("load", np.array([3]), Y), Tie("slope", np.array([0]), (0.6, 0.8)))
+        unknowns(Constraint("load", np.array([3]), Y), Constraint("slope", np.array([0]), (0.6, 0.8)))
     with pytest.raises(ValueError, match="load: expected at least one node"):
-        unknowns(Tie("load", np.array([], dtype=int), Y))
+        unknowns(Constraint("load", np.array([], dtype=int), Y))
 
 
 def test_nested_dissection_has_the_last_nodes_last() -> None:

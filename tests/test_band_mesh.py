@@ -216,14 +216,14 @@ def test_the_width_that_a_message_allows_is_allowed() -> None:
 
 def test_a_band_needs_the_whole_body() -> None:
     with pytest.raises(MeshError, match="half = true"):
-        meshing.mesh_band(beam().body(half=True), MeshSizes(2.0, 8.0), 1.0)
+        meshing.mesh_band(beam().outline(half=True), MeshSizes(2.0, 8.0), 1.0)
 
 
 def test_an_inner_or_bent_slit_cannot_be_opened() -> None:
     square = [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)]
     for slit in ([(2.0, 2.0), (2.0, 4.0)], [(0.0, 2.0), (2.0, 2.0), (2.0, 4.0)]):
         with pytest.raises(MeshError, match=r"the notch that ends at \(2, 4\): expected a straight one from the outline"):
-            meshing.mesh_band(meshing.Body(square, [[(2.0, 4.0), (2.0, 9.0)]], [slit]), MeshSizes(1.0, 1.0), 1.0)
+            meshing.mesh_band(meshing.Outline(square, [[(2.0, 4.0), (2.0, 9.0)]], [slit]), MeshSizes(1.0, 1.0), 1.0)
 
 
 @pytest.mark.parametrize("shape", ["triangle", "quad"])
@@ -249,7 +249,7 @@ def test_the_plain_body(name: str, shape: str) -> None:
     assert ((across < 1e-9) & (along > 0.05) & (along < 0.95)).sum() < 0.5 * np.hypot(*(path[-1] - path[0]))
     # slits are cut up to their tip
     original = mesh.point_data["original"]
-    slits = specimen.body().slits
+    slits = specimen.outline().slits
     assert (len(original) > original.max() + 1) == bool(slits)
     for slit in slits:
         on = [sum(np.hypot(*(mesh.points - p).T) < 1e-9) for p in slit]

@@ -69,8 +69,8 @@ def test_one_crack_is_the_law_with_the_width_of_the_element(corners: list[tuple[
             _, state = advance(law, strain, state)
             stress = turned(np.array([t[0], 0, 0, t[1], 0, t[2]]) * SHEAR, TURNS) / SHEAR
             np.testing.assert_allclose(state.stress, stress, atol=1e-8 * max(FT, abs(t).max()), rtol=0)
-    assert len(state.cracks.point) == len(TURNS)
-    np.testing.assert_allclose(state.cracks.length, side, rtol=1e-12)
+    assert len(state.planes.point) == len(TURNS)
+    np.testing.assert_allclose(state.planes.length, side, rtol=1e-12)
     check(law, state)
 
 
@@ -94,7 +94,7 @@ def test_turned_in_space_nothing_changes(name: str) -> None:
         back = turned(state.stress * SHEAR, TURNS.transpose(0, 2, 1)) / SHEAR
         np.testing.assert_allclose(back, np.broadcast_to(back[0], back.shape), atol=1e-8 * FT)
     expected = {"two cracks": 2, "three cracks": 3, "two cracks, one shut": 2}.get(name)
-    counts = np.bincount(state.cracks.point)
+    counts = np.bincount(state.planes.point)
     assert (counts == counts[0]).all() and expected in (None, counts[0])
 
 
@@ -108,7 +108,7 @@ def test_a_plane_problem_is_that_of_the_plane() -> None:
         here, there = follow(law, here, strain), follow(plane, there, leg)
         np.testing.assert_allclose(here.stress[0, [0, 1, 3]], there.stress[0], atol=1e-8 * FT)
         np.testing.assert_allclose(here.stress[0, 4:], 0.0, atol=1e-8 * FT)
-        assert len(here.cracks.point) == len(there.cracks.point) > 0
+        assert len(here.planes.point) == len(there.planes.point) > 0
 
 
 @pytest.mark.parametrize(("planes", "rank"), [(1, 3), (2, 5), (3, 6)])
@@ -125,15 +125,15 @@ def test_open_planes_share_their_shear(planes: int, rank: int) -> None:
     for leg in legs * wide:
         before, state = state, follow(law, state, turned(leg, TURNS[1:2]))
         check(law, state)
-    assert len(state.cracks.point) == planes
-    ((points, numbers),) = groups(state.cracks.point)
-    group = Group(law, state.cracks, numbers, state.deformation[points])
-    group.e = state.cracks.strain[numbers].reshape(1, -1)
+    assert len(state.planes.point) == planes
+    ((points, numbers),) = groups(state.planes.point)
+    group = Group(law, state.planes, numbers, state.deformation[points])
+    group.e = state.planes.strain[numbers].reshape(1, -1)
     M = group._matrix(group._at(group.e, group.strain, np.array([0]))[1], np.array([0]))[0]
     values = np.linalg.svd(M)[1]
     assert values[rank - 1] > 0.01 * values[0] and (values[rank:] < 1e-12 * values[0]).all()
-    _, _, null = np.linalg.svd(stress_transformation(state.cracks.frame).reshape(3 * planes, 6).T)
-    step = (state.cracks.strain - before.cracks.strain).ravel()
+    _, _, null = np.linalg.svd(stress_transformation(state.planes.rotation).reshape(3 * planes, 6).T)
+    step = (state.planes.strain - before.planes.strain).ravel()
     assert abs(null[rank:] @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step)
 
 
@@ -168,7 +168,7 @@ def test_tangent_is_consistent(name: str, side: float) -> None:
 def test_update_is_pure() -> None:
     law = band(turns=TURNS)
     start = follow(law, law.initial(), *(turned(leg, TURNS) * Zm / 20 for leg in LEGS["three cracks"]))
-    parts = [(part, name) for part in (start, start.cracks) for name in vars(part) if name != "cracks"]
+    parts = [(part, name) for part in (start, start.planes) for name in vars(part) if name != "planes"]
     copies = [getattr(part, name).copy() for part, name in parts]
     near = start.deformation * 0.9
     (first, T1), _, (second, T2) = (law.update(strain, start) for strain in (near, 3 * near, near))
@@ -184,7 +184,7 @@ def test_the_normal_of_the_path_is_taken_where_it_is_as_good(angle: float, taken
     normal = np.array([[np.cos(t), np.sin(t) * 0.6, np.sin(t) * 0.8]])
     law = band(path_normal=normal)
     state = follow(law, law.initial(), 1.5 * YIELD * np.array([1, -CONCRETE.nu, -CONCRETE.nu, 0, 0, 0]))
-    assert (abs(state.cracks.frame[0, 0] @ normal[0]) > 1 - 1e-12) == taken
+    assert (abs(state.planes.rotation[0, 0] @ normal[0]) > 1 - 1e-12) == taken
 
 
 @pytest.mark.parametrize("side", [2.5, 40.0])
@@ -215,7 +215,7 @@ def test_random_walks_stay_on_the_law() -> None:
                 _, state = advance(law, strain, state)
                 check(law, state)
                 passed += 1
-        planes += len(state.cracks.point)
+        planes += len(state.planes.point)
     assert planes >= 16 and passed >= 155
 
 

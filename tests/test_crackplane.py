@@ -169,8 +169,8 @@ def test_shear_scaling_tends_to_the_inelastic_stiffness(width: float) -> None:
     # eq. (25) with (C4): w/(G H_w) = w/G + (h/G)(1-H)/H, elastic and inelastic compliance in series
     law = CrackPlane(Concrete.preset("reinhardt"), width)
     u1 = np.array([0.01, 0.05, 0.1]) * law.concrete.Zm
-    H = CrackPlane(law.concrete)._reduction(u1)[0]  # w = h: H itself
-    scaled = law._reduction(u1)[0]
+    H = CrackPlane(law.concrete)._interlock_factor(u1)[0]  # w = h: H itself
+    scaled = law._interlock_factor(u1)[0]
     np.testing.assert_allclose(width / scaled, width + law.concrete.h * (1 - H) / H, rtol=1e-12)
 
 

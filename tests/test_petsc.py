@@ -20,7 +20,7 @@ import scipy.sparse as sp
 
 from cohesive import NotConverged, Scene, SceneError, run
 from cohesive.algebra.petsc import stiffness
-from cohesive.algebra.petsc.ranks import place
+from cohesive.algebra.petsc.ranks import rank_and_size
 from cohesive.commands.cli import main
 from cohesive.scenes.scene import dump_toml
 
@@ -163,7 +163,7 @@ def test_other_commands_are_refused_on_several_processes(
     monkeypatch.setitem(sys.modules, "mpi4py", None)
     monkeypatch.setenv(names[0], "0")
     monkeypatch.setenv(names[1], "4")
-    assert place() == (0, 4)
+    assert rank_and_size() == (0, 4)
     for words in (["run", "single-crack"], ["law"], ["trade", "single-crack", "--set", "solver.reduction=petsc"]):
         assert main([*words, "-o", str(tmp_path)]) == 2
         assert "mpiexec started 4 processes: expected one, or" in capsys.readouterr().err

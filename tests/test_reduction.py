@@ -17,7 +17,7 @@ import cohesive.simulation
 from cohesive import Scene, run
 from cohesive.algebra.bordered import DenseStiffness, SparseStiffness
 from cohesive.algebra.bulk_matrix import bulk_stiffness
-from cohesive.algebra.condensation import NOT_HELD, Condensed, Fronts
+from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree
 from cohesive.algebra.dissection import nested_dissection
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from cohesive.model.build import build
@@ -31,7 +31,7 @@ def beam() -> Scene:
     return Scene.load("notched-beam-3d").with_(**COARSE)
 
 
-def _box_to_condense(spring: float) -> tuple[sp.csc_array, Fronts, np.ndarray, np.ndarray]:
+def _box_to_condense(spring: float) -> tuple[sp.csc_array, EliminationTree, np.ndarray, np.ndarray]:
     """Stiffness of a box on springs (N/mm) at all its nodes, in the order of elimination; its last 3 nodes stay. Without
     springs there is an unknown more that nothing holds."""
     solid = box("hexahedron", (7, 5, 4), (7.0, 5.0, 4.0))
@@ -49,7 +49,7 @@ def _box_to_condense(spring: float) -> tuple[sp.csc_array, Fronts, np.ndarray, n
     order = np.argsort(group, kind="stable")
     start = np.unique(group[order], return_index=True)[1]
     lower = sp.tril(K[order][:, order], format="csc")
-    return lower, Fronts.of(lower, start), order, K.toarray()
+    return lower, EliminationTree.from_pattern(lower, start), order, K.toarray()
 
 
 def test_fronts_give_the_schur_complement_and_the_way_back(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,7 +80,7 @@ def test_counted_operations_are_those_of_the_fronts() -> None:
     """A full matrix in two groups: Cholesky's n^3 / 3 to the leading order, and all of its triangle's numbers."""
     n = 400
     full = sp.csc_array(np.tril(np.ones((n, n))))
-    operations, numbers = Fronts.of(full, np.array([0, 150, n])).cost()
+    operations, numbers = EliminationTree.from_pattern(full, np.array([0, 150, n])).cost()
     assert operations == pytest.approx(n**3 / 3, rel=0.01)
     assert numbers == 150**2 + 150 * 250 + 250**2
 
@@ -98,7 +98,7 @@ def test_dissection_keeps_the_fronts_small(counts: tuple[int, int, int], most: f
     order = np.argsort(group, kind="stable")
     start = np.append(np.unique(group[order], return_index=True)[1], len(order))
     pattern = sp.tril((shares.T @ shares).tocsc()[order][:, order], format="csc")
-    assert Fronts.of(pattern, start).cost()[0] < most
+    assert EliminationTree.from_pattern(pattern, start).cost()[0] < most
 
 
 def test_an_unknown_that_nothing_holds() -> None:
@@ -207,17 +207,17 @@ def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pyte
 def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a block whose crack is most of what there is, so that little but what is counted matters."""
     scene = Scene.load("single-crack-3d").with_(**{"mesh.crack_size": 8.0, "mesh.far_size": 40.0})
-    bodies: list[cohesive.algebra.choice.Body] = []
+    bodies: list[cohesive.algebra.choice.Bulk] = []
 
-    def caught(body: cohesive.algebra.choice.Body, wanted: str) -> cohesive.algebra.choice.Reduced:
+    def caught(body: cohesive.algebra.choice.Bulk, wanted: str) -> cohesive.algebra.choice.Condensation:
         bodies.append(body)
-        return cohesive.algebra.choice.reduce(body, wanted)
+        return cohesive.algebra.choice.condense(body, wanted)
 
-    monkeypatch.setattr(cohesive.model.build, "reduce", caught)
+    monkeypatch.setattr(cohesive.model.build, "condense", caught)
     build(scene)
-    part, whole = cohesive.algebra.choice._Part.of(bodies[0]), cohesive.algebra.choice._Whole.of(bodies[0])
+    part, whole = cohesive.algebra.choice.Part.from_bulk(bodies[0]), cohesive.algebra.choice.Whole.from_bulk(bodies[0])
     tracemalloc.start()
-    reduced = part.reduced("")
+    reduced = part.condensed("")
     taken = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert reduced.kind == "condensed"
@@ -232,23 +232,23 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     model = build(beam)
-    assert model.reduced.kind == "condensed" and model.reduced.why == ""  # nothing to weigh: 50 unknowns of 1000
+    assert model.condensation.kind == "condensed" and model.condensation.why == ""  # nothing to weigh: 50 unknowns of 1000
     monkeypatch.setattr(cohesive.algebra.choice, "_SPARSE_IS_SLOWER", 1e-4)
     model = build(beam)
-    assert model.reduced.kind == "none" and "times the work" in model.reduced.why
+    assert model.condensation.kind == "none" and "times the work" in model.condensation.why
     monkeypatch.setattr(cohesive.algebra.choice, "_SPARSE_IS_SLOWER", 10.0)
     monkeypatch.setattr(cohesive.algebra.choice, "_LARGE", 1.0)
     result = run(beam)
-    assert result.model.reduced.kind == "condensed" and "eliminated once (condensed " in result.summary()
+    assert result.model.condensation.kind == "condensed" and "eliminated once (condensed " in result.summary()
     # where the dense matrix finds no room; where neither does, the smaller one
-    part, whole = cohesive.algebra.choice._Part, cohesive.algebra.choice._Whole
+    part, whole = cohesive.algebra.choice.Part, cohesive.algebra.choice.Whole
     monkeypatch.setattr(part, "memory", property(lambda self: 2e9))
     monkeypatch.setattr(whole, "memory", property(lambda self: 1e9))
     for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
         monkeypatch.setattr(cohesive.algebra.choice, "_memory", lambda available=available: available)
         model = build(beam)
-        assert model.reduced.kind == "none" and model.reduced.why.startswith("condensed 2 GB, else 1 GB")
-        assert ("'petsc'" in model.reduced.why) == hint
+        assert model.condensation.kind == "none" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
+        assert ("'petsc'" in model.condensation.why) == hint
     monkeypatch.setattr(part, "memory", property(lambda self: 5e8))
-    assert build(beam).reduced.kind == "condensed"
-    assert build(beam.with_(**{"solver.reduction": "none"})).reduced.kind == "none"  # the user's word counts
+    assert build(beam).condensation.kind == "condensed"
+    assert build(beam.with_(**{"solver.reduction": "none"})).condensation.kind == "none"  # the user's word counts

@@ -38,7 +38,7 @@ def same(a: Result, b: Result, tolerance: float, names: tuple[str, ...] = COMPAR
 def test_block_in_tension_is_the_law_in_series_with_elasticity(rotation: float, shape: str, order: int) -> None:
     to = [0.02, 0.005, 0.05, 0.0]  # opened, nearly closed, opened further, closed
     result = run(block(specimen__rotation=rotation, mesh__shape=shape, mesh__order=order, **{"stage__0__to": to}))
-    law, area = result.problem.law.law, 400.0
+    law, area = result.problem.point_law.plane, 400.0
     Z = np.zeros(1)
     for u, load, driven, sliding in zip(*(result.history[k] for k in ("opening", "load", "driven", "sliding")), strict=True):
         traction, Z = law.traction(np.array([[u, 0.0]]), Z)
@@ -134,8 +134,8 @@ def pulled(steps: int, tol: float = 1e-4) -> Scene:
 def test_notched_plate_dissipates_the_fracture_energy() -> None:
     result = run(pulled(40))
     state = result._states[-1]
-    assert state.points.deformation[:, 0].min() > 1.4 * result.scene.material.Zm
-    assert abs(state.points.stress).max() < 1e-3 * result.scene.material.ft
+    assert state.cracks.deformation[:, 0].min() > 1.4 * result.scene.material.Zm
+    assert abs(state.cracks.stress).max() < 1e-3 * result.scene.material.ft
     assert result.dissipated_energy == pytest.approx(result.full_energy, rel=0.01)
     assert result.dissipated_energy < result.full_energy  # the tail is not cut off
 
@@ -169,7 +169,7 @@ def test_a_crack_that_opens_under_dissipation_control_snaps_back() -> None:
     assert h["dissipated"][-1] == pytest.approx(20.0, rel=1e-9)
     assert np.diff(h["driven"]).min() < -1e-3
     assert result.energy_error < 1e-3
-    law, Z = result.problem.law.law, np.zeros(1)
+    law, Z = result.problem.point_law.plane, np.zeros(1)
     for u, load in zip(h["opening"], h["load"], strict=True):
         traction, Z = law.traction(np.array([[u, 0.0]]), Z)
         assert load == pytest.approx(200.0 * traction[0, 0], rel=0.05)  # on the mean jump: the bar bends while it snaps back
@@ -233,7 +233,7 @@ def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatc
 
     advance = loading.advance
     monkeypatch.setattr(loading, "advance", fail)
-    monkeypatch.setattr(loading, "settle", fail)
+    monkeypatch.setattr(loading, "snap_through", fail)
     with pytest.raises(NotConverged, match="simulated") as stopped:
         run(block(stage=[{"control": "driven", "to": -0.02, "steps": 8}]))
     driven = stopped.value.result.history["driven"]  # type: ignore[attr-defined]
@@ -408,7 +408,7 @@ def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: 
 
 def test_newton_converges_quadratically(beam: Scene) -> None:
     tails: list[list[float]] = []
-    result = run(beam.with_(**{"solver.tol": 1e-11}), on_step=lambda step, row: tails.append(step.trial.residuals))
+    result = run(beam.with_(**{"solver.tol": 1e-11}), on_step=lambda step, row: tails.append(step.equilibrium.residuals))
     checked = 0
     for residuals in tails:
         for before, after in pairwise(residuals[1:]):
@@ -426,7 +426,7 @@ def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:
         model = build(beam.with_(**{"interface.width": 0.001, "interface.quadrature": quadrature}))
         state = advance(model.problem, model.problem.initial(), "load", 20.0).state
         _, place = np.unique(model.cracks.where[:, 1].round(9), return_index=True)
-        values: Array = state.points.stress[place, 0]
+        values: Array = state.cracks.stress[place, 0]
         return values
 
     nodal, gauss = tractions("nodal"), tractions("gauss")
@@ -438,7 +438,7 @@ def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:
 def test_width_rule_costs_less_than_one_percent() -> None:
     scene = Scene.load("notched-beam").with_(**{"stage.0.to": 0.04, "stage.0.steps": 80, "solver.tol": 1e-7})
     ruled, thin = run(scene), run(scene.with_(**{"interface.width": 0.01}))
-    assert ruled.problem.law.law.width == pytest.approx(default_width(25.0, scene.material)) == pytest.approx(0.25)
+    assert ruled.problem.point_law.plane.width == pytest.approx(default_width(25.0, scene.material)) == pytest.approx(0.25)
     for opening in (0.005, 0.01):
         loads = [np.interp(opening, r.history["opening"], r.history["load"]) for r in (ruled, thin)]
         assert 0 < 1 - loads[0] / loads[1] < 0.01

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
 from cohesive.algebra.bulk_matrix import bulk_stiffness
-from cohesive.algebra.crack_operator import Points
+from cohesive.algebra.crack_operator import CrackOperator
 from cohesive.algebra.dissection import nested_dissection
-from cohesive.algebra.unknowns import Tie, Unknowns
+from cohesive.algebra.unknowns import Constraint, Unknowns
 from cohesive.cracks.interface_points import InterfaceLaw
 from cohesive.elements.bulk import ELEMENTS, ElasticBlock, elasticity
 from cohesive.elements.chords import longest_chord
 from cohesive.elements.interface import SIDES, Interface
-from cohesive.elements.rotations import frames, stress_transformation
+from cohesive.elements.rotations import rotations, stress_transformation
 from cohesive.errors import ElementError
 from cohesive.model.cracks import _centre_line
 from tests.solids import Solid, box, rotation
@@ -225,7 +225,7 @@ def test_facets(kind: str, quadrature: str, warp: float) -> None:
     jump, u = np.array([0.3, -0.2, 0.5]), np.zeros_like(points)
     u[cells[:, SIDES[kind][1]]] = jump
     local = (interface.jump_operator @ u.ravel()).reshape(-1, 3)
-    np.testing.assert_allclose(local, frames(interface.normals) @ jump, atol=1e-13)
+    np.testing.assert_allclose(local, rotations(interface.normals) @ jump, atol=1e-13)
     np.testing.assert_allclose(local[:, 0], interface.normals @ jump, atol=1e-13)
     # a rigid motion of both sides, turning included
     turn = np.random.default_rng(0).normal(size=(3, 3))
@@ -263,7 +263,7 @@ def test_uniform_traction_gives_the_forces_of_the_bulk(kind: str, quadrature: st
     stress = np.array([0.0, 0.0, 2.0, 0.0, -0.7, 0.4])
     operator, volumes, _, cell = block.strain_points()
     bulk = operator.T @ ((volumes * upper[cell])[:, None] * stress).ravel()
-    traction = stress_transformation(frames(interface.normals)) @ stress
+    traction = stress_transformation(rotations(interface.normals)) @ stress
     crack = interface.jump_operator.T @ (interface.weights[:, None] * traction).ravel()
     plus = np.unique(solid.crack[:, SIDES[kind][1]])
     inner = ((solid.points[plus, :2] > 0.01) & (solid.points[plus, :2] < 0.99)).all(axis=1)  # the sides carry shear too
@@ -316,7 +316,7 @@ def test_the_axes_in_a_facet_are_arbitrary() -> None:
     u0, u1 = random.normal(size=(2, points.size)) * 0.3 * law.concrete.Zm
     results = []
     for operator in operators:
-        of, points_law = Points.build(operator, interface.weights, interface.points), InterfaceLaw(law, p, 3)
+        of, points_law = CrackOperator.from_matrix(operator, interface.weights, interface.points), InterfaceLaw(law, p, 3)
         start = points_law.update(of.deformation(u0), points_law.initial())[0]
         state, tangent = points_law.update(of.deformation(u1), start)
         rows, columns, values = of.stiffness(tangent)
@@ -335,12 +335,12 @@ def test_the_axes_in_a_facet_are_arbitrary() -> None:
 def test_frames_are_right_handed_and_those_of_the_plane() -> None:
     normal = np.concatenate([np.random.default_rng(0).normal(size=(50, 3)), np.eye(3), -np.eye(3)])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    made = frames(normal)
+    made = rotations(normal)
     np.testing.assert_allclose(made @ made.transpose(0, 2, 1), np.broadcast_to(np.eye(3), made.shape), atol=1e-14)
     np.testing.assert_allclose(np.linalg.det(made), 1.0, rtol=1e-13)
     np.testing.assert_array_equal(made[:, 0], normal)
     flat = np.stack([np.cos(np.arange(7.0)), np.sin(np.arange(7.0))], axis=1)
-    np.testing.assert_allclose(frames(np.column_stack([flat, np.zeros(7)]))[:, :2, :2], frames(flat), atol=1e-15)
+    np.testing.assert_allclose(rotations(np.column_stack([flat, np.zeros(7)]))[:, :2, :2], rotations(flat), atol=1e-15)
 
 
 def test_ties_in_space() -> None:
@@ -348,8 +348,10 @@ def test_ties_in_space() -> None:
     Q = rotation(2)
     a, b, c = (tuple(row) for row in Q)
     leader = np.array([0, 1, 2, 0])
-    base = [Tie("base", np.array([0]), a), Tie("side", np.array([0, 3]), b)]
-    made = Unknowns.build(leader, base, [Tie("pull", np.array([1]), b), Tie("push", np.array([1]), c)])
+    base = [Constraint("base", np.array([0]), a), Constraint("side", np.array([0, 3]), b)]
+    made = Unknowns.from_constraints(
+        leader, base, [Constraint("pull", np.array([1]), b), Constraint("push", np.array([1]), c)]
+    )
     # means: 1 of node 0, 1 of node 1, 3 of node 2; the jump of 0 along c; two drives
     assert made.transform.shape == (12, 1 + 1 + 3 + 1 + 2)
     v = np.random.default_rng(0).normal(size=8)
@@ -359,9 +361,14 @@ def test_ties_in_space() -> None:
     np.testing.assert_allclose(u[1] @ Q[1:].T, v[made.drives], rtol=1e-13)
     np.testing.assert_allclose(np.sort(abs(u[2])), np.sort(abs(v[[i for i in range(8) if made.node[i] == 2]])), rtol=1e-13)
     with pytest.raises(ValueError, match="slope: its direction is oblique"):
-        Unknowns.build(leader, [*base, Tie("slope", np.array([0]), tuple(np.array([0, 0.6, 0.8]) @ Q))], base[:1])
-    mirror = Unknowns.build(
-        leader, [Tie("top", np.array([2]), a)], [Tie("pull", np.array([2]), b)], Tie("crack", np.array([0]), c)
+        Unknowns.from_constraints(
+            leader, [*base, Constraint("slope", np.array([0]), tuple(np.array([0, 0.6, 0.8]) @ Q))], base[:1]
+        )
+    mirror = Unknowns.from_constraints(
+        leader,
+        [Constraint("top", np.array([2]), a)],
+        [Constraint("pull", np.array([2]), b)],
+        Constraint("crack", np.array([0]), c),
     )
     u = (mirror.transform @ np.random.default_rng(0).normal(size=mirror.transform.shape[1])).reshape(-1, 3)
     np.testing.assert_allclose(u[0] @ Q[:2].T, u[3] @ Q[:2].T, atol=1e-14)

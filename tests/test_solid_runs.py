@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from cohesive import CrackPlane, Result, Scene, run
-from cohesive.algebra.unknowns import Tie
+from cohesive.algebra.unknowns import Constraint
 from cohesive.elements.rotations import major_stress
 from cohesive.model import build
 from tests.conftest import block
@@ -48,12 +48,12 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Place:
         x, y, z = (tuple(axis) for axis in Q.T)
         base, top = (np.flatnonzero(abs(flat[:, 2] - at) < 1e-6) for at in (0.0, SIZE[2]))
         corner, other = (np.flatnonzero(np.linalg.norm(flat - [at, 0, 0], axis=1) < 1e-6) for at in (0.0, SIZE[0]))
-        supports, drives = [Tie("base", base, z)], [Tie("pull", top, z)]
+        supports, drives = [Constraint("base", base, z)], [Constraint("pull", top, z)]
         if clamped:
-            supports += [Tie("base", base, x), Tie("base", base, y), Tie("top", top, y)]
-            drives.append(Tie("push", top, x))
+            supports += [Constraint("base", base, x), Constraint("base", base, y), Constraint("top", top, y)]
+            drives.append(Constraint("push", top, x))
         else:
-            supports += [Tie("corner", corner, x), Tie("corner", corner, y), Tie("other", other, y)]
+            supports += [Constraint("corner", corner, x), Constraint("corner", corner, y), Constraint("other", other, y)]
         monkeypatch.setattr(build, "_mesh", lambda scene: mesh)
         monkeypatch.setattr(build, "ties", lambda scene, mesh: (supports, drives, None))
 
@@ -126,7 +126,7 @@ def test_condensed_is_full_and_turned_is_straight(name: str, place: Place) -> No
     condensed, full = pulled_and_sheared(name), pulled_and_sheared(name, "none")
     place(SOLIDS[name], rotation(4), clamped=True)
     turned = pulled_and_sheared(name)
-    assert condensed.model.reduced.kind == "condensed" and full.active_dofs == full.total_dofs > condensed.active_dofs
+    assert condensed.model.condensation.kind == "condensed" and full.active_dofs == full.total_dofs > condensed.active_dofs
     assert full.dissipated_energy > 1.0  # N mm
     energy = full.history["work"].max()
     for one, tolerance in ((condensed, 1e-9), (turned, 1e-8)):
@@ -157,5 +157,5 @@ def test_mean_tractions_carry_the_drives(name: str, place: Place) -> None:
     np.testing.assert_allclose([result.history[key][-1] for key in ("stress_n", "stress_s")], [pull, push], atol=1e-8)
     top = SOLIDS[name].points[:, 2] > SIZE[2] - 1e-6
     moved = result.frame(len(result.history["load"]) - 1).displacement[top].mean(axis=0)
-    assert problem.place(0).count(",") == 2
+    assert problem.describe(0).count(",") == 2
     assert 0.2 * moved[0] < result.history["sliding"][-1] < moved[0]

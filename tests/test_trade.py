@@ -42,7 +42,7 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch:
     iterations = {trial.label: trial.cost.iterations for trial in found.trials if trial.cost}
     assert iterations["tangent secant"] > 3 * iterations["as it is"]
     assert 0 < found.own_error < 0.5 * error["as it is"]
-    front = found.front()
+    front = found.pareto_front()
     assert all(a.cost.cpu <= b.cost.cpu and a.error > b.error for a, b in pairwise(front))  # type: ignore[union-attr]
     best = found.cheapest(0.05)
     assert best is not None and best.error + found.own_error <= 0.05 and best.is_same_problem
@@ -114,7 +114,7 @@ def test_a_setting_that_fails_is_a_row_with_its_reason() -> None:
     good = Trial({}, {"peak": 0.0, "energy": 0.001, "curve_distance": 0.002}, Cost(1.0, 1.0, 100.0, 10))
     bad = Trial({"half": True}, failure="no convergence")
     found = Trade(scene, {"peak": 1.0, "opening_at_peak": 1.0, "energy": 1.0}, 1e-3, [good, bad])
-    assert bad.error == float("inf") and found.front() == [good]
+    assert bad.error == float("inf") and found.pareto_front() == [good]
     assert "half" in found.summary() and "failed: no convergence" in found.summary()
     assert found.cheapest(0.01) is good and found.cheapest(0.002) is None
 
@@ -123,7 +123,7 @@ def test_another_problem_is_no_cheap_setting() -> None:
     errors = {"peak": 0.001, "energy": 0.0, "curve_distance": 0.0}
     base, other = (Trial(s, errors, Cost(c, c, 100.0, 10)) for s, c in (({}, 1.0), ({"model": "discrete"}, 0.1)))
     found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "opening_at_peak": 1.0, "energy": 1.0}, 1e-3, [base, other])
-    assert found.cheapest(0.01) is base and found.front() == [base]
+    assert found.cheapest(0.01) is base and found.pareto_front() == [base]
     assert "model discrete" in found.summary()
 
 

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from ..arrays import Array, Index
 from ..elements.bulk import ElasticBlock
 from .bordered import DenseStiffness, SparseStiffness, Stiffness
-from .condensation import Condensed, Fronts
+from .condensation import Condensed, EliminationTree
 from .dissection import nested_dissection
 from .unknowns import Unknowns
 
@@ -33,13 +33,13 @@ _OPERATIONS_PER_NUMBER = 25.0
 
 
 @dataclass(frozen=True)
-class Body:
+class Bulk:
     """What can be reduced.
 
     Attributes
     ----------
     points : (m, d) array
-    bulk, cracking : the elastic elements, and those of a band
+    elastic, cracking : the elastic elements, and those of a band
     leader : (m,) array, one of the copies of each split node
     unknowns : Unknowns
     operator : (c p, n) matrix, the deformations of the cracks from the unknowns
@@ -48,7 +48,7 @@ class Body:
     """
 
     points: Array
-    bulk: Sequence[ElasticBlock]
+    elastic: Sequence[ElasticBlock]
     cracking: Sequence[ElasticBlock]
     leader: Index
     unknowns: Unknowns
@@ -58,7 +58,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class Condensation:
     """
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Reduced:
     why: str
 
 
-def reduce(body: Body, wanted: str) -> Reduced:
+def condense(bulk: Bulk, wanted: str) -> Condensation:
     """Condense the bulk, or do not.
 
     Parameters
@@ -88,34 +88,34 @@ def reduce(body: Body, wanted: str) -> Reduced:
     ValueError
         If the body is not held.
     """
-    if wanted == "none" or not body.bulk:
-        return _Whole.of(body).reduced("")
-    part = _Part.of(body)
+    if wanted == "none" or not bulk.elastic:
+        return Whole.from_bulk(bulk).condensed("")
+    part = Part.from_bulk(bulk)
     if wanted == "condensed":
-        return part.reduced("")
+        return part.condensed("")
     room, once = _SHARE * _memory(), part.fronts.cost()[0]
     is_less_work = part.iteration <= _SPARSE_IS_SLOWER * once  # which the whole takes besides
     if part.memory < room and is_less_work and once < _LARGE:
-        return part.reduced("")
-    whole = _Whole.of(body)
+        return part.condensed("")
+    whole = Whole.from_bulk(bulk)
     why = (
         f"condensed {part.memory / 1e9:.2g} GB, else {whole.memory / 1e9:.2g} GB and "
         f"{_two_digits(whole.iteration / part.iteration)} times the work of a factorization"
     )
     if part.memory < room:
-        return part.reduced(why) if part.iteration <= whole.iteration else whole.reduced(why)
+        return part.condensed(why) if part.iteration <= whole.iteration else whole.condensed(why)
     if whole.memory < room:
-        return whole.reduced(why)
+        return whole.condensed(why)
     why += ", more than this machine has to spare; 'petsc' shares it out to several"
-    return part.reduced(why) if part.memory <= whole.memory else whole.reduced(why)
+    return part.condensed(why) if part.memory <= whole.memory else whole.condensed(why)
 
 
 @dataclass(frozen=True)
-class _Part:
+class Part:
     """The active unknowns alone. `K` and `transform` are in the order of elimination."""
 
     K: sp.csc_array
-    fronts: Fronts
+    fronts: EliminationTree
     basis: sp.csr_array
     active: Index
     numbers: Index
@@ -123,27 +123,27 @@ class _Part:
     shape: tuple[int, ...]
 
     @classmethod
-    def of(cls, body: Body) -> _Part:
-        d, m = body.points.shape[1], len(body.points)
-        faces = np.flatnonzero(np.isin(body.leader, body.leader[body.leader != np.arange(m)]))
-        last = np.unique(np.concatenate([faces, *(block.cells.ravel() for block in body.cracking)]))
-        transform, node, basis = body.unknowns.with_faces(faces, d)
-        group = nested_dissection(body.points, [block.cells for block in body.bulk], last)[node]
+    def from_bulk(cls, bulk: Bulk) -> Part:
+        d, m = bulk.points.shape[1], len(bulk.points)
+        faces = np.flatnonzero(np.isin(bulk.leader, bulk.leader[bulk.leader != np.arange(m)]))
+        last = np.unique(np.concatenate([faces, *(block.cells.ravel() for block in bulk.cracking)]))
+        transform, node, basis = bulk.unknowns.with_faces(faces, d)
+        group = nested_dissection(bulk.points, [block.cells for block in bulk.elastic], last)[node]
         seen = np.zeros(basis.shape[1])
-        seen[body.active] = 1.0
+        seen[bulk.active] = 1.0
         group[(basis @ seen != 0) | (np.arange(len(node)) >= len(node) - d * len(faces))] = m
         order, start = _grouped(group)
-        K = _lower((transform.T @ body.stiffness @ transform).tocsc(), order)
+        K = _lower((transform.T @ bulk.stiffness @ transform).tocsc(), order)
         stay = order[start[-1] :]
-        columns = np.unique(np.append(basis[stay].indices, body.active))
+        columns = np.unique(np.append(basis[stay].indices, bulk.active))
         return cls(
             K,
-            Fronts.of(K, start),
+            EliminationTree.from_pattern(K, start),
             basis[stay][:, columns],
-            np.searchsorted(columns, body.active),
-            body.active,
+            np.searchsorted(columns, bulk.active),
+            bulk.active,
             transform[:, order],
-            body.points.shape,
+            bulk.points.shape,
         )
 
     @property
@@ -157,37 +157,37 @@ class _Part:
         stay, active = self.basis.shape[1], len(self.active)
         return float(_DENSE * (self.fronts.cost()[1] + max(2.0 * stay**2, stay**2 + 2.0 * active**2)))
 
-    def reduced(self, why: str) -> Reduced:
+    def condensed(self, why: str) -> Condensation:
         condensed = Condensed.eliminate(self.K, self.fronts, self.basis, self.active)
         transform, shape = self.transform, self.shape  # not the rest, which is not needed any more
 
         def recover(v: Array) -> Array:
             return np.asarray(transform @ condensed.recover(v)).reshape(shape)
 
-        return Reduced("condensed", DenseStiffness(condensed.stiffness), self.numbers, recover, why)
+        return Condensation("condensed", DenseStiffness(condensed.stiffness), self.numbers, recover, why)
 
 
 @dataclass(frozen=True)
-class _Whole:
+class Whole:
     """All unknowns, in an order that keeps the factors sparse."""
 
     K: sp.csc_array
-    fronts: Fronts
+    fronts: EliminationTree
     order: Index
     transform: sp.csr_array
     shape: tuple[int, ...]
 
     @classmethod
-    def of(cls, body: Body) -> _Whole:
-        unknowns = body.unknowns
-        cells = [body.leader[block.cells] for block in (*body.bulk, *body.cracking)]
-        group = nested_dissection(body.points, cells, np.zeros(0, dtype=np.int64))[unknowns.node]
-        group[unknowns.turns], group[unknowns.drives] = len(body.points), len(body.points) + 1
+    def from_bulk(cls, bulk: Bulk) -> Whole:
+        unknowns = bulk.unknowns
+        cells = [bulk.leader[block.cells] for block in (*bulk.elastic, *bulk.cracking)]
+        group = nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64))[unknowns.node]
+        group[unknowns.rotations], group[unknowns.drives] = len(bulk.points), len(bulk.points) + 1
         order, start = _grouped(group)
-        K = (unknowns.transform.T @ body.stiffness @ unknowns.transform).tocsc()
-        sees = abs(body.operator)
-        fronts = Fronts.of(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
-        return cls(K, fronts, order, unknowns.transform, body.points.shape)
+        K = (unknowns.transform.T @ bulk.stiffness @ unknowns.transform).tocsc()
+        sees = abs(bulk.operator)
+        fronts = EliminationTree.from_pattern(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
+        return cls(K, fronts, order, unknowns.transform, bulk.points.shape)
 
     @property
     def iteration(self) -> float:
@@ -199,14 +199,14 @@ class _Whole:
         """Bytes of both triangular factors."""
         return 2.0 * _SPARSE * self.fronts.cost()[1]
 
-    def reduced(self, why: str) -> Reduced:
+    def condensed(self, why: str) -> Condensation:
         operations, numbers = self.fronts.cost()
         stiffness = SparseStiffness(self.K, self.order, int(operations / numbers / _OPERATIONS_PER_NUMBER))
 
         def recover(v: Array) -> Array:
             return np.asarray(self.transform @ v).reshape(self.shape)
 
-        return Reduced("none", stiffness, np.arange(len(self.order)), recover, why)
+        return Condensation("none", stiffness, np.arange(len(self.order)), recover, why)
 
 
 def _grouped(group: Index) -> tuple[Index, Index]:

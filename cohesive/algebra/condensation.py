@@ -20,7 +20,7 @@ NOT_HELD = "the body is not held: its stiffness is singular. Expected supports a
 
 
 @dataclass(frozen=True)
-class Fronts:
+class EliminationTree:
     """What is eliminated with what, found from the pattern of a matrix alone.
 
     Group by group the unknowns are eliminated; a group and the later unknowns that it is tied to, directly or through what
@@ -38,7 +38,7 @@ class Fronts:
     parents: list[int]
 
     @classmethod
-    def of(cls, A: sp.csc_array, start: Index) -> Fronts:
+    def from_pattern(cls, A: sp.csc_array, start: Index) -> EliminationTree:
         """From a symmetric matrix in the order of elimination."""
         group = np.repeat(np.arange(len(start) - 1), np.diff(start))
         borders: list[Index] = []
@@ -103,7 +103,7 @@ class Condensed:
     """
 
     stiffness: Array
-    _fronts: Fronts
+    _fronts: EliminationTree
     _eliminated: list[_Eliminated]
     _last: _Eliminated
     _basis: sp.csr_array
@@ -111,7 +111,7 @@ class Condensed:
     _active: Index
 
     @classmethod
-    def eliminate(cls, K: sp.csc_array, fronts: Fronts, basis: sp.csr_array, active: Index) -> Condensed:
+    def eliminate(cls, K: sp.csc_array, fronts: EliminationTree, basis: sp.csr_array, active: Index) -> Condensed:
         """Eliminate all groups, express what stays in other unknowns, and of these eliminate all but `active`.
 
         Parameters
@@ -150,7 +150,7 @@ class Condensed:
         return result
 
 
-def _eliminate(K: sp.csc_array, fronts: Fronts) -> tuple[list[_Eliminated], Array]:
+def _eliminate(K: sp.csc_array, fronts: EliminationTree) -> tuple[list[_Eliminated], Array]:
     """Eliminate group by group; and the lower triangle of what stays."""
     first = int(fronts.start[-1])
     stays = K[first:, first:].toarray(order="F")

@@ -16,7 +16,7 @@ from ..arrays import Array, Index
 
 
 @dataclass(frozen=True)
-class Points:
+class CrackOperator:
     """Deformations and forces at all points with cracks, on the few unknowns that each one sees.
 
     The deformation is the jump of an interface, with a traction as its stress, or the strain of a band; c is 2 or 3 in
@@ -38,7 +38,7 @@ class Points:
     size: int
 
     @classmethod
-    def build(cls, operator: sp.csr_array, weights: Array, where: Array) -> Points:
+    def from_matrix(cls, operator: sp.csr_array, weights: Array, where: Array) -> CrackOperator:
         """From the (c p, n) matrix that gives the deformations."""
         entries = operator.tocoo()
         p, n = len(weights), operator.shape[1]

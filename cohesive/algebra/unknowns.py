@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..arrays import Array, Index
-from ..elements.rotations import frames
+from ..elements.rotations import rotations
 
 _FREE, _FIXED, _DRIVEN = 0, 1, 2
 
@@ -23,7 +23,7 @@ _SKEW = 4e-5
 
 
 @dataclass(frozen=True)
-class Tie:
+class Constraint:
     """Motion along `direction` (unit vector) of the nodes `nodes`: zero, or the drive's.
 
     With `lever` they turn freely about a hinge besides: the distance of each node from it, over the largest one, so that
@@ -46,18 +46,20 @@ class Unknowns:
     Attributes
     ----------
     transform : (d m, n) sparse matrix
-    turns : (t,) array, numbers of the unknowns that are the turns of hinged ties.
+    rotations : (t,) array, numbers of the unknowns that are the rotations of hinged ties.
     drives : (k,) array, numbers of the unknowns that are the driven motions, the last ones.
     node : (n,) array, the leading node of each unknown; for a turn or drive, any of its nodes.
     """
 
     transform: sp.csr_array
-    turns: Index
+    rotations: Index
     drives: Index
     node: Index
 
     @classmethod
-    def build(cls, leader: Index, supports: Sequence[Tie], drives: Sequence[Tie], mirror: Tie | None = None) -> Unknowns:
+    def from_constraints(
+        cls, leader: Index, supports: Sequence[Constraint], drives: Sequence[Constraint], mirror: Constraint | None = None
+    ) -> Unknowns:
         """Number the unknowns of a split mesh.
 
         Parameters
@@ -77,13 +79,13 @@ class Unknowns:
         m = len(leader)
         extra = np.flatnonzero(leader != np.arange(m))
         d = len((*supports, *drives)[0].direction)
-        frame = np.broadcast_to(np.eye(d), (m, d, d)).copy()
-        taken = np.zeros(m, dtype=np.int64)  # axes of the frame that ties have set, the first ones
+        rotation = np.broadcast_to(np.eye(d), (m, d, d)).copy()
+        taken = np.zeros(m, dtype=np.int64)  # axes of the rotation that ties have set, the first ones
         mean, held = np.full((m, d), _FREE), np.zeros((m, d), dtype=bool)
         sign = np.ones((m, d))
         if mirror is not None:
             at = np.unique(leader[mirror.nodes])
-            frame[at], taken[at] = frames(np.array([mirror.direction]))[0], 1
+            rotation[at], taken[at] = rotations(np.array([mirror.direction]))[0], 1
             mean[at, 0], held[at, 1:] = _FIXED, True
         driven = [(drive, _DRIVEN + i) for i, drive in enumerate(drives)]
         for tie, state in [*((support, _FIXED) for support in supports), *driven]:
@@ -91,14 +93,14 @@ class Unknowns:
             if not len(at):
                 raise ValueError(f"{tie.name}: expected at least one node, got none")
             direction = np.asarray(tie.direction)
-            cosine = np.where(np.arange(d) < taken[at, None], abs(frame[at] @ direction), 0.0)
+            cosine = np.where(np.arange(d) < taken[at, None], abs(rotation[at] @ direction), 0.0)
             new = (cosine < _SKEW).all(axis=1)
             if (~new & (cosine.max(axis=1) < 1.0 - 0.5 * _SKEW**2)).any():
                 raise ValueError(f"{tie.name}: its direction is oblique to another support at the same node")
             component = np.where(new, taken[at], cosine.argmax(axis=1))
-            frame[at[new]] = _with_axis(frame[at[new]], taken[at[new]], direction)
+            rotation[at[new]] = _with_axis(rotation[at[new]], taken[at[new]], direction)
             taken[at[new]] += 1
-            along = np.einsum("ni,i->n", frame[at, component], direction)
+            along = np.einsum("ni,i->n", rotation[at, component], direction)
             if (mean[at, component] >= _DRIVEN).any() or (state >= _DRIVEN and (mean[at, component] != _FREE).any()):
                 raise ValueError(f"{tie.name}: a node is both held and driven in the direction {tie.direction}")
             mean[at, component] = state
@@ -135,7 +137,7 @@ class Unknowns:
                 for i in range(d):
                     rows.append(d * nodes[use] + i)
                     columns.append(number_of[use])
-                    values.append(weight[use] * frame[leader[nodes[use]], axis, i])
+                    values.append(weight[use] * rotation[leader[nodes[use]], axis, i])
         for turn, tie in enumerate(hinged):
             assert tie.lever is not None
             for i in range(d):
@@ -150,8 +152,8 @@ class Unknowns:
         jumping = leader[extra[np.nonzero(jump_free)[0]]]
         first_nodes = [leader[tie.nodes[:1]] for tie in (*hinged, *drives)]
         node = np.concatenate([np.nonzero(mean_free)[0], jumping, *first_nodes])
-        turns = n_free + np.arange(len(hinged))
-        return cls(transform, turns, n_free + len(hinged) + np.arange(len(drives)), node)
+        hinges = n_free + np.arange(len(hinged))
+        return cls(transform, hinges, n_free + len(hinged) + np.arange(len(drives)), node)
 
     def with_faces(self, nodes: Index, dimension: int) -> tuple[sp.csr_array, Index, sp.csr_array]:
         """Displacements of a crack's faces in place of the unknowns that move them, so that the two sides know nothing of one
@@ -169,7 +171,7 @@ class Unknowns:
         """
         size, n = self.transform.shape
         moves = np.isin(self.node, nodes)
-        moves[self.turns] = moves[self.drives] = False
+        moves[self.rotations] = moves[self.drives] = False
         kept = np.flatnonzero(~moves)
         rows = (dimension * nodes[:, None] + np.arange(dimension)).ravel()
         elsewhere = np.ones(size)
@@ -181,15 +183,15 @@ class Unknowns:
         return sp.hstack([others, faces], format="csr"), node, basis
 
 
-def _with_axis(frame: Array, taken: Index, direction: Array) -> Array:
+def _with_axis(rotation: Array, taken: Index, direction: Array) -> Array:
     """Frames (n, d, d) that keep their first `taken` axes and have the direction, at right angles to these, as their next
     one, up to its sign."""
-    frame = frame.copy()
-    frame[taken == 0] = frames(direction[None])
+    rotation = rotation.copy()
+    rotation[taken == 0] = rotations(direction[None])
     turn = (taken > 0) & (taken < len(direction) - 1)  # a last axis is given by the others
-    first = frame[turn, 0]
+    first = rotation[turn, 0]
     second = direction - (first @ direction)[:, None] * first
     second /= np.linalg.norm(second, axis=1, keepdims=True)
     if turn.any():
-        frame[turn, 1], frame[turn, 2] = second, np.cross(first, second)
-    return frame
+        rotation[turn, 1], rotation[turn, 2] = second, np.cross(first, second)
+    return rotation

@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from meshing import MeshError
 
-from ..algebra.petsc.ranks import place
+from ..algebra.petsc.ranks import rank_and_size
 from ..errors import NotConverged, SceneError
 from ..law.concrete import PRESETS, Concrete
 from ..law.crack_plane import CrackPlane
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _gather(options: argparse.Namespace) -> None:
     """Under mpiexec process 0 goes on alone; the others compute for it, and end with it."""
-    count = place()[1]
+    count = rank_and_size()[1]
     if count == 1:
         return
     can_share = options.command in (_run, _compare)
@@ -237,7 +237,7 @@ def _reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]
         bar.update()
         bar.set_postfix_str(f"{step.control} {step.value:.4g}, load {row['load']:.4g} N, {row['iterations']} iterations")
         if verbose:
-            residuals = " ".join(f"{r:.0e}" for r in step.trial.residuals)
+            residuals = " ".join(f"{r:.0e}" for r in step.equilibrium.residuals)
             bar.write(
                 f"step {row['step']:4d}  {step.control} {step.value:.5g}  cuts {step.cuts}  residuals {residuals}", sys.stdout
             )

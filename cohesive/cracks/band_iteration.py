@@ -11,7 +11,7 @@ from ..arrays import Array, Index, Mask
 from ..elements.rotations import stress_transformation
 
 if TYPE_CHECKING:
-    from .band_points import CrackBand, Cracks
+    from .band_points import CrackBand, CrackPlanes
 
 MAX_ITERATIONS = 15  # of Box 1
 
@@ -30,14 +30,14 @@ _LENGTHS = 0.5 ** np.arange(1, 8)
 class Group:
     """The points with the same number m of crack planes, and their local iteration."""
 
-    def __init__(self, band: CrackBand, cracks: Cracks, planes: Index, strain: Array) -> None:
+    def __init__(self, band: CrackBand, cracks: CrackPlanes, planes: Index, strain: Array) -> None:
         self.band, self.strain = band, strain
         g, m = planes.shape
         flat = planes.ravel()
         d = cracks.strain.shape[1]
         self.shape = (g, m, d)
         self.length = cracks.length[flat]
-        self.N = stress_transformation(cracks.frame[flat]).reshape(g, m * d, -1)
+        self.N = stress_transformation(cracks.rotation[flat]).reshape(g, m * d, -1)
         self.ND = self.N @ band.D
         self.P = self.ND @ self.N.transpose(0, 2, 1)
         self.C = np.tile(band.compliance, m)
@@ -50,7 +50,7 @@ class Group:
         """Stress error (41), T, tractions, history and stress of some points of the group."""
         _, m, d = self.shape
         flat = (rows[:, None] * m + np.arange(m)).ravel()
-        law = self.band.plane.of_width(self.length[flat])
+        law = self.band.plane.with_width(self.length[flat])
         jump = e.reshape(-1, d) * self.length[flat, None]
         traction, tangent, Z = law.update(jump, self.Z0[flat], frozen)
         tangent *= self.length[flat, None, None]

@@ -11,7 +11,7 @@ M de = psi (42), (43), and gives the consistent tangent, M de = N De deps, dsigm
 is eq. (37) without an inverse. Open planes share shear stress: M of two has rank 3 of 4 in the plane and 5 of 6 in space,
 there M of three 6 of 9 at most, and de of minimum norm is taken.
 
-The number of components follows from De, see `planes.PAIRS`.
+The number of components follows from De, see `elements.rotations.PAIRS`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..elements.chords import longest_chord
-from ..elements.rotations import frames, stress_tensor, stress_transformation
+from ..elements.rotations import rotations, stress_tensor, stress_transformation
 from ..errors import PointFailure
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
@@ -36,13 +36,13 @@ _ALIGNED = 0.05
 
 
 @dataclass(frozen=True)
-class Cracks:
+class CrackPlanes:
     """The crack planes of all points in one list.
 
     Attributes
     ----------
     point : (c,) array, the point of each plane.
-    frame : (c, d, d) array, rows normal and tangents.
+    rotation : (c, d, d) array, rows normal and tangents.
     length : (c,) array, l_ch, mm.
     strain : (c, d) array, e.
     traction : (c, d) array, MPa.
@@ -51,7 +51,7 @@ class Cracks:
     """
 
     point: Index
-    frame: Array
+    rotation: Array
     length: Array
     strain: Array
     traction: Array
@@ -70,7 +70,7 @@ class BandState:
 
     deformation: Array
     stress: Array
-    cracks: Cracks
+    planes: CrackPlanes
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class CrackBand:
         return self.plane.concrete
 
     @property
-    def onset(self) -> float:
+    def onset_jump(self) -> float:
         span = np.ptp(self.corners, axis=1).max(axis=1).min()
         return float(span) * self.concrete.ft / self.concrete.E
 
@@ -112,13 +112,13 @@ class CrackBand:
     def compliance(self) -> Array:
         """Diagonal of C, 1/MPa: (d,)."""
         d = self.corners.shape[2]
-        return np.asarray(1.0 / self.plane.of_width(1.0).stiffness(d))
+        return np.asarray(1.0 / self.plane.with_width(1.0).stiffness(d))
 
     def initial(self) -> BandState:
         p, k, d = len(self.corners), len(self.D), self.corners.shape[2]
         zeros, none = np.zeros((p, k)), np.zeros((0, d))
         at = np.zeros(0, dtype=np.intp)
-        cracks = Cracks(at, np.zeros((0, d, d)), np.zeros(0), none, none, np.zeros(0), np.zeros((0, d, k)))
+        cracks = CrackPlanes(at, np.zeros((0, d, d)), np.zeros(0), none, none, np.zeros(0), np.zeros((0, d, k)))
         return BandState(zeros, zeros, cracks)
 
     def elastic(self) -> Array:
@@ -140,7 +140,7 @@ class CrackBand:
         """
         stress = deformation @ self.D.T
         tangent = self.elastic().copy()
-        cracks = start.cracks
+        cracks = start.planes
         e, traction = cracks.strain.copy(), cracks.traction.copy()
         Z, slope = cracks.Z.copy(), cracks.slope.copy()
         for points, planes in groups(cracks.point):
@@ -157,9 +157,9 @@ class CrackBand:
             e[planes] = group.e.reshape(traction[planes].shape)
         return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
 
-    def grow(self, start: BandState, state: BandState) -> BandState | None:
+    def nucleate(self, start: BandState, state: BandState) -> BandState | None:
         """One more plane at the points whose major principal stress in `state` exceeds ft most, undamaged in `start`."""
-        m, cracks = self.concrete, state.cracks
+        m, cracks = self.concrete, state.planes
         count = np.bincount(cracks.point, minlength=len(self.corners))
         tensor = stress_tensor(state.stress)
         value, vector = np.linalg.eigh(tensor)
@@ -172,7 +172,7 @@ class CrackBand:
         due = (value > m.ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]
         # no plane whose normal lies closer than the threshold to one that is there
         if len(cracks.point):
-            cosine = abs(np.einsum("cwx,cx->cw", normal[cracks.point], cracks.frame[:, 0]))
+            cosine = abs(np.einsum("cwx,cx->cw", normal[cracks.point], cracks.rotation[:, 0]))
             near = cosine > np.cos(np.radians(self.threshold_angle)) + 1e-9
             crowded = np.zeros_like(due)
             np.logical_or.at(crowded, cracks.point, near)
@@ -182,49 +182,49 @@ class CrackBand:
         which = due.argmax(axis=1)  # the largest one that is due
         excess = np.where(due.any(axis=1), value[np.arange(len(value)), which] - m.ft, 0.0)
         points = np.flatnonzero(excess >= _WORST * excess.max())
-        frame = frames(normal[points, which[points]])
+        rotation = rotations(normal[points, which[points]])
         # inert in the committed state: its strain there is elastic
-        traction = np.einsum("ndk,nk->nd", stress_transformation(frame), start.stress[points])
+        traction = np.einsum("ndk,nk->nd", stress_transformation(rotation), start.stress[points])
         strain = self.compliance * traction
-        length = longest_chord(self.corners[points], frame[:, 0])
-        old = start.cracks
+        length = longest_chord(self.corners[points], rotation[:, 0])
+        old = start.planes
         slope = np.zeros((len(points), *old.slope.shape[1:]))
-        fresh = (points, frame, length, strain, traction, self.plane.of_width(length).Zt, slope)
-        names = ("point", "frame", "length", "strain", "traction", "Z", "slope")
+        fresh = (points, rotation, length, strain, traction, self.plane.with_width(length).Zt, slope)
+        names = ("point", "rotation", "length", "strain", "traction", "Z", "slope")
         grown = {name: np.concatenate([getattr(old, name), new]) for name, new in zip(names, fresh, strict=True)}
-        return replace(start, cracks=Cracks(**grown))
+        return replace(start, planes=CrackPlanes(**grown))
 
     def is_damaging(self, deformation: Array, start: BandState) -> bool:
         state, _ = self.update(deformation, start)
-        return bool((state.cracks.Z > start.cracks.Z).any()) or self.grow(start, state) is not None
+        return bool((state.planes.Z > start.planes.Z).any()) or self.nucleate(start, state) is not None
 
     def is_on_surface(self, state: BandState) -> bool:
-        cracks = state.cracks
+        cracks = state.planes
         if not len(cracks.point):
             return False
-        law = self.plane.of_width(cracks.length)
+        law = self.plane.with_width(cracks.length)
         on_surface = law.history(cracks.jump, np.zeros_like(cracks.Z)) >= cracks.Z
         return bool((on_surface & (cracks.Z > law.Zt)).any())
 
-    def is_gone(self, state: BandState) -> bool:
+    def is_separated(self, state: BandState) -> bool:
         # where every point is cracked beyond 3.5 Zm, see InterfaceLaw
-        cracks = state.cracks
+        cracks = state.planes
         open_ = (cracks.Z > 3.5 * self.concrete.Zm) & (abs(cracks.traction).max(axis=1) < 1e-8 * self.concrete.ft)
         return len(np.unique(cracks.point[open_])) == len(self.corners)
 
     def energies(self, state: BandState) -> tuple[Array, Array]:
         """Elastic energy of the stress, and what the planes store beyond it: the energy of the undamaged part of
         a plane less its share s.C.s / 2 of the former."""
-        cracks = state.cracks
+        cracks = state.planes
         elastic = 0.5 * np.einsum("pi,pi->p", state.stress, np.linalg.solve(self.D, state.stress.T).T)
-        law = self.plane.of_width(cracks.length)
+        law = self.plane.with_width(cracks.length)
         stored = law.stored_energy(cracks.jump, cracks.Z) / cracks.length
         stored -= 0.5 * (cracks.traction**2 * self.compliance).sum(axis=1)
         return elastic, self._sum(cracks, stored)
 
     def dissipation(self, start: BandState, state: BandState) -> tuple[Array, Array]:
-        before, after = start.cracks, state.cracks
-        law = self.plane.of_width(after.length)
+        before, after = start.planes, state.planes
+        law = self.plane.with_width(after.length)
         value, gradient = law.dissipation(before.jump, before.Z, after.jump, after.Z)
         along = np.einsum("cd,cdk->ck", gradient, after.slope)
         total = np.zeros_like(state.deformation)
@@ -232,10 +232,10 @@ class CrackBand:
         return self._sum(after, value / after.length), total
 
     def contact_work(self, start: BandState, state: BandState) -> Array:
-        before, after = start.cracks, state.cracks
-        law = self.plane.of_width(after.length)
+        before, after = start.planes, state.planes
+        law = self.plane.with_width(after.length)
         contact = law.contact_traction(before.jump, before.Z) + law.contact_traction(after.jump, after.Z)
         return self._sum(after, 0.5 * np.einsum("ci,ci->c", contact, after.strain - before.strain))
 
-    def _sum(self, cracks: Cracks, values: Array) -> Array:
+    def _sum(self, cracks: CrackPlanes, values: Array) -> Array:
         return np.bincount(cracks.point, values, len(self.corners)).astype(float)

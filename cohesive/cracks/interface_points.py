@@ -33,52 +33,52 @@ class InterfaceState:
 class InterfaceLaw:
     """The crack-plane law at p interface points: a `PointLaw` whose deformation is the jump, its stress the traction."""
 
-    law: CrackPlane
+    plane: CrackPlane
     size: int
     components: int = 2
     quantity = "jump in mm"
 
     @property
     def concrete(self) -> Concrete:
-        return self.law.concrete
+        return self.plane.concrete
 
     @property
-    def onset(self) -> float:
-        return float(self.law.Zt)
+    def onset_jump(self) -> float:
+        return float(self.plane.Zt)
 
     def initial(self) -> InterfaceState:
         zeros = np.zeros((self.size, self.components))
-        return InterfaceState(zeros, zeros, np.full(self.size, self.law.Zt))
+        return InterfaceState(zeros, zeros, np.full(self.size, self.plane.Zt))
 
     def elastic(self) -> Array:
-        k = np.diag(self.law.stiffness(self.components))
+        k = np.diag(self.plane.stiffness(self.components))
         return np.broadcast_to(k, (self.size, *k.shape))
 
     def update(self, deformation: Array, start: InterfaceState, frozen: bool = False) -> tuple[InterfaceState, Array]:
-        traction, tangent, Z = self.law.update(deformation, start.Z, frozen)
+        traction, tangent, Z = self.plane.update(deformation, start.Z, frozen)
         return InterfaceState(deformation, traction, Z), tangent
 
-    def grow(self, start: InterfaceState, state: InterfaceState) -> None:
+    def nucleate(self, start: InterfaceState, state: InterfaceState) -> None:
         """The planes are there from the beginning."""
 
     def is_damaging(self, deformation: Array, start: InterfaceState) -> bool:
-        return bool((self.law.history(deformation, start.Z) > start.Z).any())
+        return bool((self.plane.history(deformation, start.Z) > start.Z).any())
 
     def is_on_surface(self, state: InterfaceState) -> bool:
-        on_surface = self.law.history(state.deformation, np.zeros_like(state.Z)) >= state.Z
-        return bool((on_surface & (state.Z > self.law.Zt)).any())
+        on_surface = self.plane.history(state.deformation, np.zeros_like(state.Z)) >= state.Z
+        return bool((on_surface & (state.Z > self.plane.Zt)).any())
 
-    def is_gone(self, state: InterfaceState) -> bool:
+    def is_separated(self, state: InterfaceState) -> bool:
         # beyond 3.5 Zm the softening branch is below 1e-7 ft: the traction cannot come back by opening
         gone = abs(state.stress).max() < 1e-8 * self.concrete.ft
         return bool(gone) and bool(state.Z.min() > 3.5 * self.concrete.Zm)
 
     def energies(self, state: InterfaceState) -> tuple[Array, Array]:
-        return np.zeros(self.size), self.law.stored_energy(state.deformation, state.Z)
+        return np.zeros(self.size), self.plane.stored_energy(state.deformation, state.Z)
 
     def dissipation(self, start: InterfaceState, state: InterfaceState) -> tuple[Array, Array]:
-        return self.law.dissipation(start.deformation, start.Z, state.deformation, state.Z)
+        return self.plane.dissipation(start.deformation, start.Z, state.deformation, state.Z)
 
     def contact_work(self, start: InterfaceState, state: InterfaceState) -> Array:
-        before, after = (self.law.contact_traction(s.deformation, s.Z) for s in (start, state))
+        before, after = (self.plane.contact_traction(s.deformation, s.Z) for s in (start, state))
         return np.asarray(0.5 * np.einsum("ij,ij->i", before + after, state.deformation - start.deformation))

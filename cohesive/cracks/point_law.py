@@ -23,7 +23,7 @@ class PointLaw(Protocol):
         """Name of the deformation, for messages."""
 
     @property
-    def onset(self) -> float:
+    def onset_jump(self) -> float:
         """Smallest motion that damages, mm."""
 
     def initial(self) -> Any:
@@ -36,7 +36,7 @@ class PointLaw(Protocol):
         """State and consistent tangents (p, c, c) reached from the committed state `start`; with `frozen` the
         unloading tangent where a point has two. PointFailure where a point has no solution."""
 
-    def grow(self, start: Any, state: Any) -> Any | None:
+    def nucleate(self, start: Any, state: Any) -> Any | None:
         """`start` with the new crack planes that the equilibrium `state` calls for, or None."""
 
     def is_damaging(self, deformation: Array, start: Any) -> bool:
@@ -45,7 +45,7 @@ class PointLaw(Protocol):
     def is_on_surface(self, state: Any) -> bool:
         """Whether some damaged point stands where more deformation damages it further."""
 
-    def is_gone(self, state: Any) -> bool:
+    def is_separated(self, state: Any) -> bool:
         """Whether no traction is left on any crack, and none can come back by opening."""
 
     def energies(self, state: Any) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 """Elements of the bulk and of a crack band: stiffness, strain, stress, all elements of a block at once.
 
 In the plane T3, T6, Q4, Q8 and the Q6 of a crack band, in space Tet4, Tet10 and Hex8. Stress and strain components come in
-the order of `planes.PAIRS`: [xx, yy, xy] or [xx, yy, zz, xy, yz, zx], strains with engineering shear.
+the order of `elements.rotations.PAIRS`: [xx, yy, xy] or [xx, yy, zz, xy, yz, zx], strains with engineering shear.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..arrays import Array, Index
-from .rotations import frames
+from .rotations import rotations
 from .shapes import Rule, Shape, gauss_cube, gauss_simplex, linear_cube, linear_simplex, quadratic_line, quadratic_simplex
 
 #: columns of the minus and plus nodes in the order of the shape functions
@@ -52,7 +52,7 @@ class Interface:
     Attributes
     ----------
     jump_operator : (d p, d m) sparse matrix
-        Displacements of the m mesh nodes to local jumps [normal, shear...] at the p points, see `planes.frames`.
+        Displacements of the m mesh nodes to local jumps [normal, shear...] at the p points, see `elements.rotations.rotations`.
     weights : (p,) array, mm^2, quadrature weight times thickness.
     points : (p, d) array, mm.
     normals : (p, d) array, unit vectors from minus to plus.
@@ -94,7 +94,7 @@ class Interface:
         normal /= size[:, None]
         # rows d p + local, columns d node + global
         shape = (n, q, N.shape[1], d, d)
-        values = np.broadcast_to(frames(normal).reshape(n, q, 1, d, d) * N[None, :, :, None, None], shape)
+        values = np.broadcast_to(rotations(normal).reshape(n, q, 1, d, d) * N[None, :, :, None, None], shape)
         rows = np.broadcast_to(np.arange(d * n * q).reshape(n, q, 1, d, 1), shape)
         columns = [np.broadcast_to((d * side)[:, None, :, None, None] + np.arange(d), shape) for side in (minus, plus)]
         operator = sp.coo_array(

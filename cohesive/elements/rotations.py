@@ -10,18 +10,18 @@ from ..arrays import Array
 PAIRS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))}
 
 
-def stress_transformation(frame: Array) -> Array:
+def stress_transformation(rotation: Array) -> Array:
     """N of eq. (22) and appendix A: stress to the tractions on planes, (n, d, k); its transpose takes local to global strains.
 
     Parameters
     ----------
-    frame : (n, d, d) array, rows normal and tangents of each plane, d = 2 or 3; k = 3 or 6 stress components.
+    rotation : (n, d, d) array, rows normal and tangents of each plane, d = 2 or 3; k = 3 or 6 stress components.
     """
-    normal = frame[:, :1, :]
+    normal = rotation[:, :1, :]
     columns = []
-    for i, j in PAIRS[frame.shape[2]]:
-        column = normal[..., i] * frame[..., j]
-        columns.append(column if i == j else column + normal[..., j] * frame[..., i])
+    for i, j in PAIRS[rotation.shape[2]]:
+        column = normal[..., i] * rotation[..., j]
+        columns.append(column if i == j else column + normal[..., j] * rotation[..., i])
     return np.stack(columns, axis=2)
 
 
@@ -40,7 +40,7 @@ def major_strain(strain: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh(stress_tensor(share * strain))[:, -1])
 
 
-def frames(normal: Array) -> Array:
+def rotations(normal: Array) -> Array:
     """Rows normal and tangents, (n, d, d). In the plane the normal is the tangent turned by +90 degrees. In space the first
     tangent is normal x z, which is that of the plane where the normal lies in it, or normal x x where the normal is close
     to z. The law is isotropic in the crack's plane: nothing but the two shear components themselves depends on them."""

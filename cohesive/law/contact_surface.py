@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Surface:
+class ContactSurface:
     """Signed distances of n jumps to the contact surface, and what follows from them.
 
     Attributes
@@ -38,9 +38,9 @@ class Surface:
     duz: Array
     concrete: Concrete
 
-    def part(self, at: Index) -> Surface:
+    def part(self, at: Index) -> ContactSurface:
         """Some of the jumps."""
-        return Surface(
+        return ContactSurface(
             self.phi[at], self.normal[at], self.dphi_dR[at], self.distance[at], self.cone[at], self.uz[at], self.duz[at],
             self.concrete,
         )  # fmt: skip

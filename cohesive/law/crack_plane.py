@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from .concrete import Concrete
-from .contact_surface import Surface
+from .contact_surface import ContactSurface
 from .potential_contact import asperity_contact
 
 
@@ -56,11 +56,11 @@ class CrackPlane:
     def __repr__(self) -> str:
         return f"CrackPlane({self.concrete!r}, width={self.width!r})"
 
-    def of_width(self, width: float | Array) -> CrackPlane:
+    def with_width(self, width: float | Array) -> CrackPlane:
         """The same law for another width, or for an array of widths."""
         return CrackPlane(self.concrete, width, shear_scaling=self.shear_scaling)
 
-    def of_concrete(self, concrete: Concrete) -> CrackPlane:
+    def with_concrete(self, concrete: Concrete) -> CrackPlane:
         """The same plane of another concrete."""
         return CrackPlane(concrete, self.width, shear_scaling=self.shear_scaling)
 
@@ -72,7 +72,7 @@ class CrackPlane:
 
     def _part(self, at: Index) -> CrackPlane:
         """The law at some of the points."""
-        return self.of_width(self.width[at]) if isinstance(self.width, np.ndarray) else self
+        return self.with_width(self.width[at]) if isinstance(self.width, np.ndarray) else self
 
     def update(self, jump: Array, Z: Array, frozen: bool = False) -> tuple[Array, Array, Array]:
         """Traction, consistent tangent and new history, eq. (21).
@@ -245,7 +245,7 @@ class CrackPlane:
         dH[closed], ddH[closed] = 0.0, 0.0
         return H, lost, dH, ddH
 
-    def _reduction(self, u1: Array) -> tuple[Array, Array]:
+    def _interlock_factor(self, u1: Array) -> tuple[Array, Array]:
         """H_w of eqs (13) and (25) and its slope in u1."""
         H, lost, dH, _ = self._asperities(u1)
         if not self.shear_scaling:
@@ -255,7 +255,7 @@ class CrackPlane:
         # far open, H underflows: H_w is 0 there, whatever its exact ratio
         return np.asarray(H * self.width / below), np.asarray(self.width * h / below**2 * dH)
 
-    def _surface(self, jump: Array, Z: Array) -> Surface:
+    def _surface(self, jump: Array, Z: Array) -> ContactSurface:
         """The contact surface of eqs (8)-(10) seen from the jumps."""
         m = self.concrete
         q = np.sqrt(1.0 + m.m_g**2)
@@ -278,7 +278,7 @@ class CrackPlane:
         distance = np.where(cone, q * s_safe, d)
         normal[:, 1:] = -v / distance[:, None]
         dphi_dR = np.where(cone, (q - m.m_g) / q, 1.0 - normal[:, 0])
-        return Surface(phi, normal, dphi_dR, distance, cone, uz, duz, m)
+        return ContactSurface(phi, normal, dphi_dR, distance, cone, uz, duz, m)
 
     def _contact(self, jump: Array, Z: Array, tangent: bool) -> tuple[Index, Array, Array, Array]:
         """The contact part of the traction, without omega, at the points in contact: their indices, its value, its
@@ -293,10 +293,10 @@ class CrackPlane:
             return at, *asperity_contact(part, jump[at], Z[at])
         return at, *part._printed_contact(jump[at], surface.part(at), tangent)
 
-    def _printed_contact(self, jump: Array, surface: Surface, tangent: bool) -> tuple[Array, Array, Array]:
+    def _printed_contact(self, jump: Array, surface: ContactSurface, tangent: bool) -> tuple[Array, Array, Array]:
         """H_w g k n of eqs (13)-(20)."""
         normal, g = surface.normal, surface.overlap()
-        H, dH = self._reduction(jump[:, 0])
+        H, dH = self._interlock_factor(jump[:, 0])
         k = self.stiffness(jump.shape[1])
         kn = k * normal
         contact = (H * g)[:, None] * kn

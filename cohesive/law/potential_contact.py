@@ -54,7 +54,7 @@ def asperity_contact(law: CrackPlane, jump: Array, Z: Array) -> tuple[Array, Arr
     n, d = jump.shape
     if law.concrete.u_phi0:  # from there on, so that small distances keep their digits
         jump = jump - law.concrete.u_phi0 * np.eye(d)[0]
-        law = law.of_concrete(replace(law.concrete, u_phi0=0.0))
+        law = law.with_concrete(replace(law.concrete, u_phi0=0.0))
     sliding = np.linalg.norm(jump[:, 1:], axis=1)
     along = jump[:, 1:] / np.where(sliding > 0, sliding, 1.0)[:, None]
     k = np.broadcast_to(law.stiffness(2), (n, 2))

@@ -9,42 +9,49 @@ import numpy as np
 
 from meshing import MixedModePlate, NotchedBeam, NotchedTension, SandwichPanel, SingleCrack, SingleCrack3D
 
-from ..algebra.unknowns import Tie
+from ..algebra.unknowns import Constraint
 from ..arrays import Array, Index
 from ..elements.interface import Interface
-from ..elements.rotations import frames
+from ..elements.rotations import rotations
 from ..errors import SceneError
 from ..scenes.scene import Scene
 from ..scenes.tables import UserMesh
 
 
-def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], list[Tie], Tie | None]:
+def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Constraint], list[Constraint], Constraint | None]:
     """Supports and drives of a specimen, and its plane of symmetry where half of it is modelled."""
     specimen, sets, d = scene.specimen, mesh.point_sets, mesh.points.shape[1]
     x, y, *_ = axes = [tuple(axis) for axis in np.eye(d).tolist()]
     if isinstance(specimen, NotchedBeam):
         # jumps below the load are free: both faces carry it, in space as in the plane
-        drive = Tie("load", sets["load"], tuple(-c for c in y), holds_jumps=False)
-        supports = [Tie("support_left", sets["support_left"], y), *_across(scene, sets, d)]
+        drive = Constraint("load", sets["load"], tuple(-c for c in y), holds_jumps=False)
+        supports = [Constraint("support_left", sets["support_left"], y), *_across(scene, sets, d)]
         if scene.model.half:
-            return supports, [drive], Tie("crack", np.unique(mesh.cells[-1].data), x)
-        supports += [Tie("support_left", sets["support_left"], x), Tie("support_right", sets["support_right"], y)]
+            return supports, [drive], Constraint("crack", np.unique(mesh.cells[-1].data), x)
+        supports += [
+            Constraint("support_left", sets["support_left"], x),
+            Constraint("support_right", sets["support_right"], y),
+        ]
         return supports, [drive], None
     if scene.model.half:
         plane = np.unique(mesh.cells[-1].data)
         # the plane of symmetry stays where it is, so the top moves by half of the drive
-        return [Tie("top", sets["top"], x)], [Tie("top", sets["top"], y, factor=0.5)], Tie("crack", plane, y)
+        return (
+            [Constraint("top", sets["top"], x)],
+            [Constraint("top", sets["top"], y, factor=0.5)],
+            Constraint("crack", plane, y),
+        )
     if isinstance(specimen, SandwichPanel):
         base, top = sets["base"], sets["top"]
-        supports = [*(Tie("base", base, axis) for axis in axes), *_across(scene, sets, d)]
-        return supports, [Tie("top", top, y), Tie("top", top, x)], None
+        supports = [*(Constraint("base", base, axis) for axis in axes), *_across(scene, sets, d)]
+        return supports, [Constraint("top", top, y), Constraint("top", top, x)], None
     if isinstance(specimen, NotchedTension):
         base, top = sets["base"], sets["top"]
         levers = [
             mesh.points[face, 0] / (specimen.width / 2) if specimen.platens == "hinged" else None for face in (base, top)
         ]
-        supports = [Tie("base", base, x), Tie("base", base, y, lever=levers[0])]
-        pull, push = Tie("top", top, y, lever=levers[1]), Tie("top", top, x)
+        supports = [Constraint("base", base, x), Constraint("base", base, y, lever=levers[0])]
+        pull, push = Constraint("top", top, y, lever=levers[1]), Constraint("top", top, x)
         if isinstance(specimen, MixedModePlate):
             return supports, [pull, push], None
         return [*supports, push], [pull], None
@@ -56,23 +63,23 @@ def ties(scene: Scene, mesh: meshio.Mesh) -> tuple[list[Tie], list[Tie], Tie | N
         others = [(along[1], -along[0]), *axes[2:]]
         if d == 3:
             along, others[0] = (*along, 0.0), (*others[0], 0.0)
-        supports = [Tie("base", sets["base"], along)]
+        supports = [Constraint("base", sets["base"], along)]
         if specimen.faces == "free":
-            supports.append(Tie("base_corner", sets["base_corner"], others[0]))
-            supports += [Tie("pin", sets["pin"], axis) for axis in axes[2:]]
+            supports.append(Constraint("base_corner", sets["base_corner"], others[0]))
+            supports += [Constraint("pin", sets["pin"], axis) for axis in axes[2:]]
         else:
-            supports += [Tie(name, sets[name], other) for other in others for name in ("base", "top")]
-        return supports, [Tie("top", sets["top"], along)], None
+            supports += [Constraint(name, sets[name], other) for other in others for name in ("base", "top")]
+        return supports, [Constraint("top", sets["top"], along)], None
     for key, (_, direction) in [*(("supports", entry) for entry in specimen.supports), ("drive", specimen.drive)]:
         _has_components(mesh, f"{key}.direction", direction)
-    supports = [Tie("supports", _nodes(mesh, "supports", at), direction) for at, direction in specimen.supports]
-    return supports, [Tie("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1])], None
+    supports = [Constraint("supports", _nodes(mesh, "supports", at), direction) for at, direction in specimen.supports]
+    return supports, [Constraint("drive", _nodes(mesh, "drive", specimen.drive[0]), specimen.drive[1])], None
 
 
-def _across(scene: Scene, sets: dict[str, Index], d: int) -> list[Tie]:
+def _across(scene: Scene, sets: dict[str, Index], d: int) -> list[Constraint]:
     """What holds an extruded specimen along its thickness: front and back in plane strain, else one node."""
     faces = ("back", "front") if scene.model.plane == "strain" else ("pin",)
-    return [Tie(name, sets[name], (0.0, 0.0, 1.0)) for name in faces] if d == 3 else []
+    return [Constraint(name, sets[name], (0.0, 0.0, 1.0)) for name in faces] if d == 3 else []
 
 
 def _nodes(mesh: meshio.Mesh, key: str, place: str | tuple[float, ...]) -> Index:
@@ -101,7 +108,7 @@ def _has_components(mesh: meshio.Mesh, key: str, vector: tuple[float, ...]) -> N
 
 def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str, Array]:
     """Opening and sliding as linear measures of the mesh nodes' displacements, (d m,) each; `faces` are those of the
-    crack path, if there is one. Sliding is that along the first tangent of `planes.frames`."""
+    crack path, if there is one. Sliding is that along the first tangent of `elements.rotations.rotations`."""
     specimen, d = scene.specimen, mesh.points.shape[1]
     if isinstance(specimen, UserMesh):
         has_gauge = specimen.gauge_minus is not None
@@ -131,7 +138,7 @@ def gauge(scene: Scene, mesh: meshio.Mesh, faces: Interface | None) -> dict[str,
     if isinstance(specimen, UserMesh) and normal @ apart < 0:  # the opening grows where the places part
         normal = -normal
     measures = {}
-    for name, direction in zip(("opening", "sliding"), frames(normal[None])[0], strict=False):
+    for name, direction in zip(("opening", "sliding"), rotations(normal[None])[0], strict=False):
         row = np.zeros(mesh.points.size)
         # the mirror image of the plus points opens as they do, and slides with them
         sides = (

@@ -13,8 +13,8 @@ import scipy.sparse as sp
 from meshing import MeshError, read_band_mesh, read_mesh
 
 from ..algebra.bulk_matrix import bulk_stiffness
-from ..algebra.choice import Body, Reduced, reduce
-from ..algebra.crack_operator import Points
+from ..algebra.choice import Bulk, Condensation, condense
+from ..algebra.crack_operator import CrackOperator
 from ..algebra.unknowns import Unknowns
 from ..arrays import Array, Index
 from ..elements.bulk import BAND_COLUMNS, ElasticBlock, elasticity
@@ -59,7 +59,7 @@ def build(scene: Scene) -> Model:
     try:
         cracks = band_part(scene, mesh, cracking) if smeared else interface_part(scene, mesh)
         supports, drives, mirror = ties(scene, mesh)
-        unknowns = Unknowns.build(leader, supports, drives, mirror)
+        unknowns = Unknowns.from_constraints(leader, supports, drives, mirror)
         K = bulk_stiffness(elastic, points.size)
         if scene.model.half:
             K *= 2.0  # load and energies are those of the whole
@@ -76,32 +76,32 @@ def build(scene: Scene) -> Model:
     clock = time.perf_counter()
     seen = np.zeros(unknowns.transform.shape[1], dtype=bool)
     seen[operator.indices] = True
-    seen[unknowns.drives] = seen[unknowns.turns] = True  # each sees a whole face
+    seen[unknowns.drives] = seen[unknowns.rotations] = True  # each sees a whole face
     for row in measures.values():
         seen |= abs(row) > 1e-12
     active = np.flatnonzero(seen)
-    body = Body(points, elastic, cracking, leader, unknowns, operator, active, K)
+    bulk = Bulk(points, elastic, cracking, leader, unknowns, operator, active, K)
     try:
         if scene.solver.reduction == "petsc":
             from ..algebra.petsc.stiffness import unreduced  # with petsc4py, which need not be installed
 
-            reduced = unreduced(body)
+            condensation = unreduced(bulk)
         else:
-            reduced = reduce(body, scene.solver.reduction)
+            condensation = condense(bulk, scene.solver.reduction)
     except SceneError:
         raise
     except ValueError as error:
         raise SceneError(f"specimen: {error}") from None
     number = np.full(len(seen), -1)
-    number[reduced.unknowns] = np.arange(len(reduced.unknowns))
-    operator = operator[:, reduced.unknowns].tocsr()
-    measures = {name: row[reduced.unknowns] for name, row in measures.items()}
+    number[condensation.unknowns] = np.arange(len(condensation.unknowns))
+    operator = operator[:, condensation.unknowns].tocsr()
+    measures = {name: row[condensation.unknowns] for name, row in measures.items()}
     drives_at = number[unknowns.drives]
     timings["condense"] = time.perf_counter() - clock
     problem = Problem(
-        cracks.law,
-        Points.build(operator, cracks.weights, cracks.where),
-        reduced.stiffness,
+        cracks.point_law,
+        CrackOperator.from_matrix(operator, cracks.weights, cracks.where),
+        condensation.stiffness,
         drives_at,
         np.eye(len(drives_at))[0],
         cracks.area or extent * (scene.specimen.thickness or extent),  # without one, its order
@@ -112,7 +112,7 @@ def build(scene: Scene) -> Model:
     )
     if not problem.is_held():
         raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
-    return Model(mesh, elastic, cracking, cracks, problem, reduced, len(seen), timings)
+    return Model(mesh, elastic, cracking, cracks, problem, condensation, len(seen), timings)
 
 
 def _mesh(scene: Scene) -> meshio.Mesh:
@@ -182,8 +182,8 @@ class Model:
     blocks : the elastic elements
     band : the elements that may crack, in the smeared model
     cracks : CrackPart
-    problem : Problem on the reduced unknowns
-    reduced : Reduced
+    problem : Problem on the condensation unknowns
+    condensation : Condensation
     total_dofs : number of all unknowns
     timings : seconds, "mesh", "assemble" and "condense"
     """
@@ -193,7 +193,7 @@ class Model:
     band: list[ElasticBlock]
     cracks: CrackPart
     problem: Problem
-    reduced: Reduced
+    condensation: Condensation
     total_dofs: int
     timings: dict[str, float]
 
@@ -209,7 +209,7 @@ class Model:
     @property
     def active_dofs(self) -> int:
         """Number of unknowns that Newton's method works on."""
-        return len(self.reduced.unknowns)
+        return len(self.condensation.unknowns)
 
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""

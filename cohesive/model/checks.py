@@ -26,7 +26,7 @@ def check_stages(scene: Scene, problem: Problem, width: float) -> None:
     if len(problem.drives) == 2:
         problem = problem.driven(first.direction or 0.0, first.hold is not False)
     if first.control in problem.measures:
-        elastic = problem.response(problem.law.elastic())
+        elastic = problem.response(problem.point_law.elastic())
         row = problem.measures[first.control]
         if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
             raise SceneError(

@@ -18,8 +18,8 @@ from ..cracks.interface_points import InterfaceLaw
 from ..cracks.point_law import PointLaw
 from ..elements.bulk import ElasticBlock
 from ..elements.interface import Interface
-from ..elements.rotations import frames as frames_of
 from ..elements.rotations import major_strain, stress_transformation
+from ..elements.rotations import rotations as rotations_of
 from ..elements.shapes import Rule, gauss_cube
 from ..errors import SceneError
 from ..law.concrete import Concrete
@@ -47,35 +47,35 @@ class CrackPart:
 
     Attributes
     ----------
-    law : PointLaw
+    point_law : PointLaw
     operator : (c p, d m) sparse matrix, displacements of the mesh nodes to jumps or strains
     weights, where, cell : (p,), (p, d), (p,): weight, position and cell of each point, the cells counted over all
         blocks of the part
     area : of the crack, mm^2; None where there is neither a path nor a row of elements that tells
     width : of the crack plane: w, or the l_ch of a crack along the path
-    frames : (p, d, d) normal and tangents of the path at each point; None where there is no path
+    rotations : (p, d, d) normal and tangents of the path at each point; None where there is no path
     faces : Interface between the two sides of the path, which gives the mean jump; None where there is none
     """
 
-    law: PointLaw
+    point_law: PointLaw
     operator: sp.csr_array
     weights: Array
     where: Array
     cell: Index
     area: float | None
     width: float
-    frames: Array | None
+    rotations: Array | None
     faces: Interface | None
 
     def mean_traction(self, state: State) -> Array:
         """Mean [normal, shear] traction on the crack, MPa; with no path to refer to, on all crack planes. In space the shear
-        along the first tangent of `planes.frames`."""
-        points, share = state.points, self.weights / self.weights.sum()
+        along the first tangent of `elements.rotations.rotations`."""
+        points, share = state.cracks, self.weights / self.weights.sum()
         if isinstance(points, BandState):
-            if self.frames is not None:
-                N = stress_transformation(self.frames)
+            if self.rotations is not None:
+                N = stress_transformation(self.rotations)
                 return np.asarray(np.einsum("p,pdk,pk->d", share, N[:, :2], points.stress))
-            cracks = points.cracks
+            cracks = points.planes
             if not len(cracks.point):
                 return np.zeros(2)
             share = self.weights[cracks.point] / cracks.length
@@ -84,17 +84,17 @@ class CrackPart:
 
     def point_values(self, state: State) -> dict[str, Array]:
         """The crack at each point, see `Frame`: (p,) each."""
-        points, further = state.points, {}
-        if isinstance(self.law, InterfaceLaw):
+        points, further = state.cracks, {}
+        if isinstance(self.point_law, InterfaceLaw):
             jump, traction = points.deformation, points.stress
             planes = np.ones(len(jump))
-            damage = self.law.law.damage(points.Z)
+            damage = self.point_law.plane.damage(points.Z)
         else:
-            assert isinstance(self.law, CrackBand)
-            size, cracks = len(self.weights), points.cracks
-            fracture = cracks.length[:, None] * (cracks.strain - self.law.compliance * cracks.traction)
+            assert isinstance(self.point_law, CrackBand)
+            size, cracks = len(self.weights), points.planes
+            fracture = cracks.length[:, None] * (cracks.strain - self.point_law.compliance * cracks.traction)
             widest = np.lexsort((fracture[:, 0], cracks.point))  # the last plane of a point wins
-            found = self.law.plane.of_width(cracks.length).damage(cracks.Z) if len(cracks.point) else cracks.Z
+            found = self.point_law.plane.with_width(cracks.length).damage(cracks.Z) if len(cracks.point) else cracks.Z
             values = []
             for one in (fracture, cracks.traction, found):
                 value = np.zeros((size, *one.shape[1:]))
@@ -117,7 +117,7 @@ class CrackPart:
         if not sizes:
             return []
         count = np.bincount(self.cell)
-        mean = np.stack([np.bincount(self.cell, component) / count for component in state.points.stress.T], axis=1)
+        mean = np.stack([np.bincount(self.cell, component) / count for component in state.cracks.stress.T], axis=1)
         return np.split(mean, np.cumsum(sizes)[:-1])
 
 
@@ -148,7 +148,7 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
     n = interface.normals
     return CrackPart(
         law, interface.jump_operator, interface.weights, interface.points, interface.cell, interface.area, width,
-        frames_of(n), interface,
+        rotations_of(n), interface,
     )  # fmt: skip
 
 
@@ -160,7 +160,7 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
     corners = np.concatenate([block.corners() for block in band])
     weights = np.concatenate([part[1] for part in parts])
-    faces = frames = area = None
+    faces = rotations = area = None
     if is_row(mesh):
         block = mesh.cells[-1]
         faces = Interface.from_cells(block.type, mesh.points, block.data, depth(scene, mesh))
@@ -168,7 +168,7 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
         width = float(weights.sum()) / area
         first = np.searchsorted(faces.cell, np.arange(len(block.data)))
         n = faces.normals[first][cell]
-        frames = frames_of(n)
+        rotations = rotations_of(n)
     else:  # each crack will have a length of its own
         volumes = np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / depth(scene, mesh)
         width = float(np.median(np.sqrt(volumes) if d == 2 else np.cbrt(volumes)))
@@ -185,10 +185,10 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
     law = CrackBand(
         CrackPlane(scene.material, width, shear_scaling=options.shear_scaling), band[0].D, corners[cell],
         options.max_cracks, options.threshold_angle, options.tol,
-        None if frames is None else frames[:, 0],
+        None if rotations is None else rotations[:, 0],
     )  # fmt: skip
     where = np.concatenate([part[2] for part in parts])
-    return CrackPart(law, sp.vstack([p[0] for p in parts]).tocsr(), weights, where, cell, area, width, frames, faces)
+    return CrackPart(law, sp.vstack([p[0] for p in parts]).tocsr(), weights, where, cell, area, width, rotations, faces)
 
 
 def depth(scene: Scene, mesh: meshio.Mesh) -> float:

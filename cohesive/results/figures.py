@@ -119,7 +119,7 @@ def trade_figure(trade: Trade) -> Figure:
     that none beats in both."""
     figure = new_figure(12.5, 7.0)
     axes, side = figure.subplots(1, 2, width_ratios=[1.9, 1.0])
-    front = trade.front()
+    front = trade.pareto_front()
     trials = [(trial, trial.cost.cpu, trade.promise(trial)) for trial in trade.trials if trial.cost is not None]
     trials.sort(key=lambda entry: -entry[2])
     side.axis("off")
@@ -227,13 +227,13 @@ def _limit(faces: Collection, stress: Array) -> None:
 def _draw_planes(axes: Axes, result: Result, faces: list[Array]) -> None:
     """The open crack planes of a band, as lines in the deformed cells that they belong to."""
     state, cracks = result.last, result.model.cracks
-    planes = state.points.cracks
+    planes = state.cracks.planes
     opening = planes.length * planes.strain[:, 0]
     shown = opening > 0.05 * max(opening.max(initial=0.0), 1e-300)
     cell = cracks.cell[planes.point[shown]]
     corners = _corners(faces)[cell]
     centre, size = corners.mean(axis=1), np.ptp(corners, axis=1).min(axis=1)
-    along = 0.5 * size[:, None] * planes.frame[shown, 1]
+    along = 0.5 * size[:, None] * planes.rotation[shown, 1]
     axes.add_collection(LineCollection(list(np.stack([centre - along, centre + along], axis=1)), colors="C3", linewidths=0.8))
 
 

@@ -14,7 +14,7 @@ class Frame:
     Attributes
     ----------
     displacement : (m, d), mm
-    stress : components in the order of `planes.PAIRS` in each cell of the elastic blocks, then in those of a band, (n, k)
+    stress : components in the order of `elements.rotations.PAIRS` in each cell of the elastic blocks, then in those of a band, (n, k)
         each, MPa
     cracks : by name, one value for each crack cell or cell of the band: opening, sliding (mm), damage, traction_n,
         traction_s (MPa), planes. Of a band the crack plane that is open widest counts; its opening and sliding are

@@ -114,9 +114,9 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
     return (
         f"modelled: {whole}{bulk}{cracks}, {_space(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
-        + (", the rest eliminated once" if model.reduced.kind == "condensed" else ", nothing condensed")
-        + (f" ({model.reduced.why})" if model.reduced.why else "")
-        + (f"; {model.library}" if model.reduced.kind == "petsc" else ""),
+        + (", the rest eliminated once" if model.condensation.kind == "condensed" else ", nothing condensed")
+        + (f" ({model.condensation.why})" if model.condensation.why else "")
+        + (f"; {model.library}" if model.condensation.kind == "petsc" else ""),
         f"left out: {left_out}crushing, time, temperature, large rotations",
     )
 
@@ -137,7 +137,7 @@ def _of_the_crack(result: Result) -> str:
         what = "the opening" if result.gauge_is_elastic else "the driven motion"
         added = 100 * result.added_compliance()
         return f"elastic compliance of {what}: +{added:.2f} % from the interface width of {cracks.width:.3g} mm"
-    planes = result.last.points.cracks
+    planes = result.last.cracks.planes
     damaged = planes.Z > planes.length * m.ft / m.E
     if not damaged.any():
         return "no crack has opened"
@@ -167,12 +167,12 @@ def _overload(result: Result) -> str:
 
 def _departure(result: Result) -> float:
     """Mean angle between the open planes of a band and its path, degrees, weighted with their opening."""
-    frames = result.model.cracks.frames
-    if not result.model.is_smeared or frames is None:
+    rotations = result.model.cracks.rotations
+    if not result.model.is_smeared or rotations is None:
         return 0.0
-    planes = result.last.points.cracks
+    planes = result.last.cracks.planes
     opening = np.maximum(planes.length * planes.strain[:, 0], 0.0) * (planes.Z > 0.01 * result.scene.material.Zm)
     if not opening.any():
         return 0.0
-    cosine = abs(np.einsum("ci,ci->c", planes.frame[:, 0], frames[planes.point, 0]))
+    cosine = abs(np.einsum("ci,ci->c", planes.rotation[:, 0], rotations[planes.point, 0]))
     return float(opening @ np.degrees(np.arccos(np.minimum(cosine, 1.0))) / opening.sum())

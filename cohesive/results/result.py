@@ -142,7 +142,7 @@ class Result:
             return 0.0
         problem = self.problem
         # 1e6 times stiffer: a crack plane without width
-        with_width, without = (problem.response(factor * problem.law.elastic()) for factor in (1.0, 1e6))
+        with_width, without = (problem.response(factor * problem.point_law.elastic()) for factor in (1.0, 1e6))
         if self.gauge_is_elastic:
             row = problem.measures["opening"]
             return float(row @ with_width) / float(row @ without) - 1.0
@@ -156,7 +156,7 @@ class Result:
     def frame(self, row: int) -> Frame:
         """Fields of a row of the history (0 is the first), recovered from the unknowns."""
         state, model = self._states[row], self.model
-        displacement = model.reduced.recover(state.v)
+        displacement = model.condensation.recover(state.v)
         stress = [block.stress(displacement) for block in model.blocks]
         stress += model.cracks.cell_stresses(state, [len(block.cells) for block in model.band])
         return Frame(int(self.history["step"][row]), displacement, stress, model.cracks.cell_values(state))
@@ -263,7 +263,7 @@ class Result:
             "energy_error": self.energy_error,
             "model": self.scene.model.kind,
             "width": self.model.cracks.width,
-            "reduction": self.model.reduced.kind,
+            "reduction": self.model.condensation.kind,
             "library": self.model.library,
             "total_dofs": self.total_dofs,
             "active_dofs": self.active_dofs,

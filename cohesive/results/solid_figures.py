@@ -61,7 +61,7 @@ def draw_crack(figure: Figure, left: float, result: Result, frame: Frame, warped
 def outer_faces(cells: list[tuple[str, Index]]) -> tuple[Index, Index]:
     """Corners (n, k) of the faces that belong to one cell only, their normal into it, and that cell. Faces of a hexahedron
     that stands for a prism may have equal corners."""
-    star = Star.of(cells)
+    star = Star.from_cells(cells)
     corners = star.nodes[:, : star.corners]
     _, number, count = np.unique(np.sort(corners, axis=1), axis=0, return_inverse=True, return_counts=True)
     once = count[number.ravel()] == 1

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import NotConverged, PointFailure
-from .newton import Trial, advance, most_iterations
+from .newton import Equilibrium, advance, most_iterations
 from .problem import Problem, State
-from .snap import advance_to_onset, settle
+from .snap import advance_to_onset, snap_through
 from .stages import DEFAULT_STEPS, MOTIONS, Stage, event_text
 
 #: a step is cut down to this part of the nominal one before the crack is taken to snap
@@ -36,7 +36,7 @@ _ADVICE = {"load": "No larger load may be in equilibrium; control = 'opening' or
 class Step:
     """One converged step."""
 
-    trial: Trial
+    equilibrium: Equilibrium
     cuts: int
     control: str
     value: float
@@ -78,7 +78,7 @@ class March:
             for target, event in self._legs(stage):
                 self._reached = False
                 for step in self._leg(before, state, stage, number, target, event):
-                    before, state = state, step.trial.state
+                    before, state = state, step.equilibrium.state
                     self._peak = max(self._peak, state.load)
                     self._largest = max(self._largest, abs(state.load))
                     yield step
@@ -153,7 +153,7 @@ class March:
                     continue
                 if control in MOTIONS and (back := self._trace_back(state, stage, number, nominal, target, event)):
                     yield from back
-                    state, reversal, cuts, size = back[-1].trial.state, False, 0, SNAP_STEP * nominal
+                    state, reversal, cuts, size = back[-1].equilibrium.state, False, 0, SNAP_STEP * nominal
                     value = problem.measure(control, state)
                     if self._reached:
                         return
@@ -162,7 +162,7 @@ class March:
                 try:
                     if isinstance(error.__cause__, PointFailure):  # not a lack of equilibrium, which damping overcomes
                         raise error
-                    trial = settle(problem, state, control, value + direction * snap, nominal)
+                    trial = snap_through(problem, state, control, value + direction * snap, nominal)
                 except NotConverged:
                     towards = f"towards {target:.6g}" if np.isfinite(target) else "back"
                     raise NotConverged(
@@ -212,11 +212,11 @@ class March:
         """
         problem, control = self.problem, stage.control
         direction = float(np.sign(target - problem.measure(control, state)))
-        size = largest = problem.law.concrete.Gf * problem.area / DEFAULT_STEPS
+        size = largest = problem.point_law.concrete.Gf * problem.area / DEFAULT_STEPS
         start = last = furthest = direction * problem.measure(control, state)
         steps: list[Step] = []
         cuts = 0
-        if start <= 0 or not (state.load > 0 or problem.law.is_on_surface(state.points)):
+        if start <= 0 or not (state.load > 0 or problem.point_law.is_on_surface(state.cracks)):
             return steps  # unloading, or pushed: what dissipates next lies the other way
         while size > SMALLEST_STEP**2 * largest:
             fraction, reached = 1.0, False
@@ -248,15 +248,15 @@ class March:
             size = min(self._next(size, trial.iterations, largest), largest)
         return []
 
-    def _advance(self, state: State, control: str, value: float, reversal: bool) -> Trial:
-        if control == "dissipation" and not self.problem.law.is_on_surface(state.points):
+    def _advance(self, state: State, control: str, value: float, reversal: bool) -> Equilibrium:
+        if control == "dissipation" and not self.problem.point_law.is_on_surface(state.cracks):
             return advance_to_onset(self.problem, state)
         return advance(self.problem, state, control, value, reversal)
 
     def _jumps(self, before: State, after: State) -> bool:
         """Whether a loading step has lost so much load and energy that it must have passed over a snap-back."""
         lost = self._balance(after) - self._balance(before)
-        whole = self.problem.law.concrete.Gf * self.problem.area
+        whole = self.problem.point_law.concrete.Gf * self.problem.area
         return after.load < 0.7 * before.load and lost > 0.05 * whole
 
     @staticmethod

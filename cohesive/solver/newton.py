@@ -33,7 +33,7 @@ def most_iterations(problem: Problem) -> int:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Equilibrium:
     """A converged step that may still be thrown away."""
 
     state: State
@@ -47,7 +47,7 @@ class Iterate:
 
     v: Array
     load: float
-    points: Any
+    cracks: Any
     tangent: Array
     residual: Array
     scale: float
@@ -94,7 +94,7 @@ def advance(
     reversal: bool = False,
     damping: float = 0.0,
     reach: float | None = None,
-) -> Trial:
+) -> Equilibrium:
     """From a committed state to the next one.
 
     New crack planes are looked for in equilibrium only: Newton's method converges, planes that are due are
@@ -106,7 +106,7 @@ def advance(
     control : "opening" | "sliding" | "load" | "driven" | "dissipation"
     target : value that the controlled quantity reaches (dissipation: N mm in all).
     reversal : start from the unloading tangent, where a point has two.
-    damping : stress that resists the change of the deformation, see `settle`.
+    damping : stress that resists the change of the deformation, see `snap_through`.
     reach : scale of the controlled quantity; default: the distance to the target.
 
     Raises
@@ -121,34 +121,34 @@ def advance(
 
 def _advance(
     problem: Problem, start: State, control: str, target: float, reversal: bool, damping: float, reach: float
-) -> Trial:
+) -> Equilibrium:
     trial = _newton(problem, start, start, control, target, reversal, damping, reach)
-    while (grown := problem.law.grow(start.points, trial.state.points)) is not None:
-        start = replace(start, points=grown)
+    while (grown := problem.point_law.nucleate(start.cracks, trial.state.cracks)) is not None:
+        start = replace(start, cracks=grown)
         again = _newton(problem, start, trial.state, control, target, False, damping, reach)
-        trial = Trial(again.state, trial.iterations + again.iterations, trial.residuals + again.residuals)
+        trial = Equilibrium(again.state, trial.iterations + again.iterations, trial.residuals + again.residuals)
     return trial
 
 
 def _newton(
     problem: Problem, start: State, guess: State, control: str, target: float, reversal: bool, damping: float, reach: float
-) -> Trial:
+) -> Equilibrium:
     """Newton's method with the crack planes that there are."""
 
     limit = most_iterations(problem)
 
     def at(v: Array, load: float, frozen: bool = False) -> Iterate:
-        deformation = problem.points.deformation(v)
-        points, tangent = problem.law.update(deformation, start.points, frozen or problem.secant)
-        stress = points.stress
+        deformation = problem.operator.deformation(v)
+        cracks, tangent = problem.point_law.update(deformation, start.cracks, frozen or problem.secant)
+        stress = cracks.stress
         if damping:
             tangent = tangent + damping * np.eye(tangent.shape[1])
-            stress = stress + damping * (deformation - start.points.deformation)
-        crack = problem.points.force(stress)
+            stress = stress + damping * (deformation - start.cracks.deformation)
+        crack = problem.operator.force(stress)
         residual = problem.unbalanced(problem.bulk(v) + crack - load * problem.drive)
         scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * problem.full_strength)
-        gap, row, corner = _control(problem, control, target, start, v, load, points)
-        return Iterate(v, load, points, tangent, residual, scale, gap / reach, row, corner)
+        gap, row, corner = _control(problem, control, target, start, v, load, cracks)
+        return Iterate(v, load, cracks, tangent, residual, scale, gap / reach, row, corner)
 
     try:
         now = at(guess.v, guess.load, frozen=reversal)
@@ -165,7 +165,7 @@ def _newton(
             balanced = error <= problem.tol * now.scale or is_rounding
             settled = correction <= (max(problem.tol, ROUNDING) if is_rounding else problem.tol)
             if balanced and abs(now.gap) <= problem.tol and settled:
-                return Trial(next_state(problem, start, now), iteration, residuals)
+                return Equilibrium(next_state(problem, start, now), iteration, residuals)
             if iteration == limit:
                 break
             entries = problem.entries(now.tangent)
@@ -178,44 +178,44 @@ def _newton(
                 now, size = _search(at, now, step)
             else:  # the first step moves to the target, whatever the residual says
                 now, size = at(now.v + step[:-1], now.load + float(step[-1])), 1.0
-            correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), problem.law.onset * 1e-3)
+            correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), problem.point_law.onset_jump * 1e-3)
     except PointFailure as error:
-        raise NotConverged(f"{error} at {problem.place(error.point)}") from error
-    change = np.linalg.norm(now.points.stress - start.points.stress, axis=1)
-    worst = int(np.argmax(problem.points.weights * change))
-    values = ", ".join(f"{value:.3g}" for value in now.points.deformation[worst])
+        raise NotConverged(f"{error} at {problem.describe(error.point)}") from error
+    change = np.linalg.norm(now.cracks.stress - start.cracks.stress, axis=1)
+    worst = int(np.argmax(problem.operator.weights * change))
+    values = ", ".join(f"{value:.3g}" for value in now.cracks.deformation[worst])
     raise NotConverged(
         f"no convergence in {limit} iterations: relative residual {residuals[-1]:.1e}, correction "
-        f"{correction:.1e}, tolerance {problem.tol:.0e}; the point that changed most is at {problem.place(worst)}, "
-        f"{problem.law.quantity} ({values})"
+        f"{correction:.1e}, tolerance {problem.tol:.0e}; the point that changed most is at {problem.describe(worst)}, "
+        f"{problem.point_law.quantity} ({values})"
     )
 
 
 def _control(
-    problem: Problem, control: str, target: float, start: State, v: Array, load: float, points: Any
+    problem: Problem, control: str, target: float, start: State, v: Array, load: float, cracks: Any
 ) -> tuple[float, Array, float]:
     """Gap to the target, its derivative with respect to v, and to the load."""
     if control == "load":
         return load - target, np.zeros_like(v), 1.0
     if control == "dissipation":
-        increment, gradient = problem.law.dissipation(start.points, points)
-        total = start.dissipated + float(problem.points.weights @ increment)
-        return total - target, problem.points.force(gradient), 0.0
+        increment, gradient = problem.point_law.dissipation(start.cracks, cracks)
+        total = start.dissipated + float(problem.operator.weights @ increment)
+        return total - target, problem.operator.force(gradient), 0.0
     row = problem.drive if control == "driven" else problem.measures[control]
     return float(row @ v) - target, row, 0.0
 
 
 def next_state(problem: Problem, start: State, now: Iterate) -> State:
     """The new state; every energy is integrated on its own."""
-    weights, law = problem.points.weights, problem.law
-    elastic, stored = law.energies(now.points)
-    dissipated, _ = law.dissipation(start.points, now.points)
+    weights, law = problem.operator.weights, problem.point_law
+    elastic, stored = law.energies(now.cracks)
+    dissipated, _ = law.dissipation(start.cracks, now.cracks)
     return State(
-        now.v, now.load, now.points,
+        now.v, now.load, now.cracks,
         driven=float(problem.drive @ now.v),
         work=start.work + 0.5 * (start.load + now.load) * float(problem.drive @ (now.v - start.v)),
         elastic=problem.elastic_energy(now.v) + float(weights @ elastic),
         stored=float(weights @ stored),
         dissipated=start.dissipated + float(weights @ dissipated),
-        contact_work=start.contact_work + float(weights @ law.contact_work(start.points, now.points)),
+        contact_work=start.contact_work + float(weights @ law.contact_work(start.cracks, now.cracks)),
     )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..algebra.bordered import Entries, Stiffness
-from ..algebra.crack_operator import Points
+from ..algebra.crack_operator import CrackOperator
 from ..arrays import Array, Index
 from ..cracks.point_law import PointLaw
 from ..errors import NotConverged
@@ -22,7 +22,7 @@ class State:
 
     v: Array
     load: float
-    points: Any  # of the point law
+    cracks: Any  # of the point law
     driven: float = 0.0  # motion of the drives along their direction, mm
     work: float = 0.0
     elastic: float = 0.0
@@ -40,8 +40,8 @@ class Problem:
 
     Attributes
     ----------
-    law : PointLaw
-    points : Points
+    point_law : PointLaw
+    operator : CrackOperator
     stiffness : Stiffness of the elastic bulk
     drives : (k,) array, numbers of the unknowns that are moved from outside
     direction : (k,) array, unit vector along which they move and the load acts
@@ -55,8 +55,8 @@ class Problem:
     secant : whether the points give the tangents of their unloading branches in every iteration
     """
 
-    law: PointLaw
-    points: Points
+    point_law: PointLaw
+    operator: CrackOperator
     stiffness: Stiffness
     drives: Index
     direction: Array
@@ -72,7 +72,7 @@ class Problem:
     @property
     def full_strength(self) -> float:
         """ft times the crack area, N."""
-        return self.law.concrete.ft * self.area
+        return self.point_law.concrete.ft * self.area
 
     def driven(self, angle: float, hold: bool = True) -> Problem:
         """The same body driven at an angle (degrees) between its two drives: 0 the first, 90 the second."""
@@ -91,7 +91,7 @@ class Problem:
     @cached_property
     def drive(self) -> Array:
         """Forces of a unit load, (n,); also the row that measures the driven motion."""
-        unit = np.zeros(self.points.size)
+        unit = np.zeros(self.operator.size)
         unit[self.drives] = self.direction
         return unit
 
@@ -100,7 +100,7 @@ class Problem:
         """Motions that the direction of the drives allows: v = free @ y; None: all."""
         if len(self.drives) == 1 or not self.hold:
             return None
-        n = self.points.size
+        n = self.operator.size
         others = np.setdiff1d(np.arange(n), self.drives)
         rows, columns = np.r_[others, self.drives], np.r_[np.arange(n - 2), n - 2, n - 2]
         return sp.csr_array((np.r_[np.ones(n - 2), self.direction], (rows, columns)), shape=(n, n - 1))
@@ -114,7 +114,7 @@ class Problem:
 
     def internal_force(self, state: State) -> Array:
         """Forces of bulk, spring and cracks on the unknowns, (n,), N: on the drives, the load and the reactions."""
-        return self.bulk(state.v) + self.points.force(state.points.stress)
+        return self.bulk(state.v) + self.operator.force(state.cracks.stress)
 
     def elastic_energy(self, v: Array) -> float:
         """Of the bulk and the spring, N mm."""
@@ -125,7 +125,7 @@ class Problem:
 
     def entries(self, tangent: Array) -> Entries:
         """Tangent stiffness of the points with tangents (p, c, c), and of the spring."""
-        rows, columns, values = self.points.stiffness(tangent)
+        rows, columns, values = self.operator.stiffness(tangent)
         if self.rest is None:
             return rows, columns, values
         at = self.drives[:1]
@@ -140,13 +140,13 @@ class Problem:
     @cached_property
     def rounding(self) -> float:
         """Forces on the unknowns per unit of the largest of them, N/mm."""
-        size = abs(self.points.matrix)
-        force = np.einsum("pik,pij,pjl->pk", size, abs(self.law.elastic()), size) * self.points.weights[:, None]
-        return self.stiffness.scale + float(np.bincount(self.points.index.ravel(), force.ravel()).max())
+        size = abs(self.operator.matrix)
+        force = np.einsum("pik,pij,pjl->pk", size, abs(self.point_law.elastic()), size) * self.operator.weights[:, None]
+        return self.stiffness.scale + float(np.bincount(self.operator.index.ravel(), force.ravel()).max())
 
     def initial(self) -> State:
         """The unloaded, undamaged state."""
-        return State(np.zeros(self.points.size), 0.0, self.law.initial())
+        return State(np.zeros(self.operator.size), 0.0, self.point_law.initial())
 
     def measure(self, control: str, state: State) -> float:
         """Value of a controlled quantity."""
@@ -158,9 +158,9 @@ class Problem:
             return state.dissipated
         return float(self.measures[control] @ state.v)
 
-    def place(self, point: int) -> str:
+    def describe(self, point: int) -> str:
         """Coordinates of a point, for messages."""
-        where = np.round(self.points.where[point], 9) + 0.0  # no -0
+        where = np.round(self.operator.where[point], 9) + 0.0  # no -0
         return f"({', '.join(f'{x:.4g}' for x in where)})"
 
     def at_rest(self, state: State) -> State:
@@ -170,18 +170,18 @@ class Problem:
 
     def response(self, tangent: Array) -> Array:
         """Change of the unknowns under one more newton, with tangents (p, c, c) at the points."""
-        nothing = np.zeros(self.points.size)
+        nothing = np.zeros(self.operator.size)
         entries = self.entries(tangent)
         return self.stiffness.solve(entries, self.drive, nothing, 1.0, nothing, 1.0, self.free)[:-1]
 
     def is_held(self) -> bool:
         """Whether the elastic body has a stiffness against every motion: a known motion is found from its forces."""
-        motion = np.random.default_rng(0).normal(size=self.points.size)
+        motion = np.random.default_rng(0).normal(size=self.operator.size)
         if self.free is not None:
             motion = self.free @ (self.free.T @ motion)
-        tangent = self.law.elastic()
-        stress = np.einsum("pij,pj->pi", tangent, self.points.deformation(motion))
-        force = self.stiffness.apply(motion) + self.points.force(stress)
+        tangent = self.point_law.elastic()
+        stress = np.einsum("pij,pj->pi", tangent, self.operator.deformation(motion))
+        force = self.stiffness.apply(motion) + self.operator.force(stress)
         if self.rest is not None:
             force[self.drives[0]] += self.spring * motion[self.drives[0]]
         nothing = np.zeros_like(motion)
@@ -194,4 +194,4 @@ class Problem:
 
     def is_separated(self, state: State) -> bool:
         """Whether nothing is left of the cracks' tractions: the body is in pieces."""
-        return self.law.is_gone(state.points)
+        return self.point_law.is_separated(state.cracks)

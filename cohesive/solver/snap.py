@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import NotConverged
-from .newton import Iterate, Trial, advance, next_state
+from .newton import Equilibrium, Iterate, advance, next_state
 from .problem import Problem, State
 
 #: damped steps in which a snapping crack must come to rest
 SETTLING_STEPS = 60
 
 
-def settle(problem: Problem, start: State, control: str, target: float, reach: float) -> Trial:
+def snap_through(problem: Problem, start: State, control: str, target: float, reach: float) -> Equilibrium:
     """The next equilibrium where there is none close by: the crack snaps, held back by damping until it rests.
 
     Damped steps at the same target, each from the state of the last one, with a damping that falls as they
@@ -26,7 +26,7 @@ def settle(problem: Problem, start: State, control: str, target: float, reach: f
     NotConverged
         If the crack does not come to rest.
     """
-    stiffest = float(problem.law.elastic().max())
+    stiffest = float(problem.point_law.elastic().max())
     damping, iterations = stiffest, 0
     for _ in range(SETTLING_STEPS):
         try:
@@ -43,11 +43,11 @@ def settle(problem: Problem, start: State, control: str, target: float, reach: f
                 trial = advance(problem, start, control, target, reach=reach)
             except NotConverged:
                 continue
-            return Trial(trial.state, iterations + trial.iterations, trial.residuals)
+            return Equilibrium(trial.state, iterations + trial.iterations, trial.residuals)
     raise NotConverged("the crack snaps and does not come to rest")
 
 
-def advance_to_onset(problem: Problem, start: State) -> Trial:
+def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
     """The state in which, on the elastic path from `start`, the next point begins to be damaged.
 
     Dissipation control starts there: before it nothing dissipates, and a load beyond it may not exist.
@@ -57,11 +57,11 @@ def advance_to_onset(problem: Problem, start: State) -> Trial:
     NotConverged
         If the path is not linear, as in contact.
     """
-    rate = problem.response(problem.law.update(start.points.deformation, start.points, frozen=True)[1])
-    deformation_rate = problem.points.deformation(rate)
+    rate = problem.response(problem.point_law.update(start.cracks.deformation, start.cracks, frozen=True)[1])
+    deformation_rate = problem.operator.deformation(rate)
 
     def is_damaged(load: float) -> bool:
-        return problem.law.is_damaging(start.points.deformation + load * deformation_rate, start.points)
+        return problem.point_law.is_damaging(start.cracks.deformation + load * deformation_rate, start.cracks)
 
     low, high = 0.0, problem.full_strength
     for _ in range(60):
@@ -76,14 +76,14 @@ def advance_to_onset(problem: Problem, start: State) -> Trial:
             break
         low, high = (low, middle) if is_damaged(middle) else (middle, high)
     v, load = start.v + high * rate, start.load + high
-    points, tangent = problem.law.update(problem.points.deformation(v), start.points)
-    grown = problem.law.grow(start.points, points)
+    cracks, tangent = problem.point_law.update(problem.operator.deformation(v), start.cracks)
+    grown = problem.point_law.nucleate(start.cracks, cracks)
     if grown is not None:
-        start = replace(start, points=grown)
-        points, tangent = problem.law.update(problem.points.deformation(v), grown)
-    residual = problem.unbalanced(problem.bulk(v) + problem.points.force(points.stress) - load * problem.drive)
+        start = replace(start, cracks=grown)
+        cracks, tangent = problem.point_law.update(problem.operator.deformation(v), grown)
+    residual = problem.unbalanced(problem.bulk(v) + problem.operator.force(cracks.stress) - load * problem.drive)
     error = float(np.linalg.norm(residual)) / abs(load)
     if error > problem.tol:
         raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
-    now = Iterate(v, load, points, tangent, residual, abs(load), 0.0, np.zeros_like(v), 0.0)
-    return Trial(next_state(problem, start, now), 1, [error])
+    now = Iterate(v, load, cracks, tangent, residual, abs(load), 0.0, np.zeros_like(v), 0.0)
+    return Equilibrium(next_state(problem, start, now), 1, [error])

@@ -47,7 +47,7 @@ class Comparison:
     def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
         results = {"discrete": discrete, "smeared": smeared}
-        pair = self._pair = Pair.of(curve_of(discrete), curve_of(smeared))
+        pair = self._pair = Pair.from_curves(curve_of(discrete), curve_of(smeared))
         energy = {name: pair.energy(i) for i, name in enumerate(MODELS)}
         under = {name: pair.under(i) for i, name in enumerate(MODELS)}
         between = pair.between()
@@ -216,9 +216,9 @@ def _profile(result: Result, s: Array, travelled: float) -> tuple[Array, Array]:
     position = _along(where[:, :2], getattr(result.scene.specimen, "paths", []))
     opening = (1.0 - share) * early + share * late
     order = np.argsort(position, kind="stable")
-    if where.shape[1] == 3 and result.model.cracks.frames is not None:
+    if where.shape[1] == 3 and result.model.cracks.rotations is not None:
         return _mean_over_thickness(position, opening)
-    if result.model.is_smeared and result.model.cracks.frames is None:  # off the path nearly every point is closed
+    if result.model.is_smeared and result.model.cracks.rotations is None:  # off the path nearly every point is closed
         order = order[opening[order] > 0.01 * opening.max(initial=0.0)]
     return position[order], opening[order]
 

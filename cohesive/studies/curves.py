@@ -63,7 +63,7 @@ class Pair:
     end: float
 
     @classmethod
-    def of(cls, first: Curve, second: Curve) -> Pair:
+    def from_curves(cls, first: Curve, second: Curve) -> Pair:
         """Two curves of the same scene."""
         curves = (first, second)
         ways = [curve.platen for curve in curves]

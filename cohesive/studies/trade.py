@@ -112,7 +112,7 @@ class Trade:
     own_error: float
     trials: list[Trial]
 
-    def front(self) -> list[Trial]:
+    def pareto_front(self) -> list[Trial]:
         """Trials that no other one beats in both error and CPU time, cheapest first; those of another problem do not count."""
         front: list[Trial] = []
         runs = [(trial.cost.cpu, trial.error, trial) for trial in self.trials if trial.cost and trial.is_same_problem]
@@ -284,7 +284,7 @@ def trade(
             future.cancel()
         if executor is None:
             pool.shutdown(cancel_futures=True)
-    energy = Pair.of(reference, reference).energy(0)
+    energy = Pair.from_curves(reference, reference).energy(0)
     values = {"peak": reference.peak, "opening_at_peak": reference.opening_at_peak, "energy": energy}
     return Trade(bare, values, own_error, trials)
 
@@ -325,7 +325,7 @@ def _measured(scene: Scene, settings: Settings) -> tuple[Curve, Cost]:
 
 def errors(curve: Curve, reference: Curve) -> dict[str, float]:
     """Relative errors of a curve: in peak, opening at the peak, energy, and the curve distance."""
-    pair = Pair.of(curve, reference)
+    pair = Pair.from_curves(curve, reference)
     return {
         "peak": abs(curve.peak / reference.peak - 1.0),
         "opening_at_peak": abs(curve.opening_at_peak / reference.opening_at_peak - 1.0),

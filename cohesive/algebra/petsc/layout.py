@@ -39,7 +39,7 @@ class Layout:
     latest: ClassVar[Layout | None] = None
 
     @classmethod
-    def of(cls, matrix: sp.csc_array, rows: Index, columns: Index, free: Free) -> Layout:
+    def from_entries(cls, matrix: sp.csc_array, rows: Index, columns: Index, free: Free) -> Layout:
         K, n = matrix.tocoo(), matrix.shape[0]
         if free is None:
             number, weight, m = np.arange(n), np.ones(n), n

@@ -8,7 +8,7 @@ import os
 _VARIABLES = (("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"), ("PMI_RANK", "PMI_SIZE"))
 
 
-def place() -> tuple[int, int]:
+def rank_and_size() -> tuple[int, int]:
     """Number of this process and of all that mpiexec started, from the environment; (0, 1) without mpiexec."""
     for number, count in _VARIABLES:
         if number in os.environ and count in os.environ:

@@ -29,9 +29,9 @@ import scipy.sparse as sp
 from ...arrays import Array, Index
 from ...errors import NotConverged, SceneError
 from ..bordered import Entries, Free
-from ..choice import Body, Reduced
+from ..choice import Bulk, Condensation
 from .layout import Layout
-from .ranks import place
+from .ranks import rank_and_size
 
 #: iterations with an old factor, after which the matrix is factored anew
 _MOST_ITERATIONS = 15
@@ -64,9 +64,9 @@ class PetscStiffness:
     library = ""
 
     def __init__(self, matrix: sp.csc_array) -> None:
-        if place()[1] > 1 and not _is_started():
+        if rank_and_size()[1] > 1 and not _is_started():
             raise SceneError(
-                f"solver.reduction = 'petsc' on {place()[1]} processes: expected a call of cohesive.petsc.start() at the "
+                f"solver.reduction = 'petsc' on {rank_and_size()[1]} processes: expected a call of cohesive.petsc.start() at the "
                 "beginning of the script"
             )
         solver_type()
@@ -86,7 +86,7 @@ class PetscStiffness:
         rows, columns, values = crack
         layout = self._layout
         if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, free):
-            layout = self._layout = Layout.latest = Layout.of(self._matrix, rows, columns, free)
+            layout = self._layout = Layout.latest = Layout.from_entries(self._matrix, rows, columns, free)
             solver = _together("set_up", layout.shares(_processes()))[0]
             self.library = f"PETSc {'.'.join(map(str, _petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
         if free is not None:
@@ -101,15 +101,15 @@ class PetscStiffness:
         return np.append(step if free is None else free @ step, change)
 
 
-def unreduced(body: Body) -> Reduced:
+def unreduced(bulk: Bulk) -> Condensation:
     """All unknowns, with the stiffness that PETSc factors."""
-    transform, shape = body.unknowns.transform, body.points.shape
-    stiffness = PetscStiffness((transform.T @ body.stiffness @ transform).tocsc())
+    transform, shape = bulk.unknowns.transform, bulk.points.shape
+    stiffness = PetscStiffness((transform.T @ bulk.stiffness @ transform).tocsc())
 
     def recover(v: Array) -> Array:
         return np.asarray(transform @ v).reshape(shape)
 
-    return Reduced("petsc", stiffness, np.arange(transform.shape[1]), recover, "")
+    return Condensation("petsc", stiffness, np.arange(transform.shape[1]), recover, "")
 
 
 class _Share:
@@ -255,7 +255,7 @@ def start() -> None:
         In the other processes, when process 0 has ended.
     """
     global _started
-    number, count = place()
+    number, count = rank_and_size()
     if count == 1 or _started:
         return
     found = _mpi().COMM_WORLD.Get_size(), _petsc().COMM_WORLD.getSize()
