@@ -8,9 +8,11 @@ from abc import ABC, abstractmethod
 import meshio
 
 from .band import mesh_band
-from .cracks import Line, Point
 from .errors import MeshError
-from .plane import MeshSizes, Outline, mesh_body, mesh_polygon
+from .outline import Outline
+from .paths import Line, Point
+from .polygon import mesh_body, mesh_polygon
+from .sizes import MeshSizes
 
 
 class Specimen(ABC):

@@ -14,7 +14,7 @@ from .base import PlaneSpecimen, Specimen, at_least_zero, expect, positive
 from .block import PlaneCrack, mesh_block
 from .errors import MeshError
 from .extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
-from .plane import MeshSizes
+from .sizes import MeshSizes
 from .specimens import NotchedBeam, PushOff
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from .base import PlaneSpecimen, at_least_zero, expect, positive
-from .cracks import Line, Point
-from .plane import Outline
+from .outline import Outline
+from .paths import Line, Point
 
 
 @dataclass(frozen=True)

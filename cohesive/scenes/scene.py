@@ -27,7 +27,7 @@ from meshing import (
     SingleCrack,
     SingleCrack3D,
 )
-from meshing.cracks import path_length
+from meshing.paths import path_length
 from meshing.solids import Extruded
 
 from ..errors import SceneError
