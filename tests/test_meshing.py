@@ -13,7 +13,8 @@ from scipy.sparse.csgraph import connected_components
 
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack, insert_cracks, mesh_polygon, read_mesh
-from meshing.cracks import edges_on_path, mirror_cracks
+from meshing.insertion import mirror_cracks
+from meshing.paths import edges_on_path
 
 Index = NDArray[np.int64]
 

@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from meshing import MeshError, insert_cracks
-from meshing.cracks import cut_slits, mirror_cracks
+from meshing.cells import CELLS
 from meshing.extrusion import with_mid_nodes
-from meshing.star import FACES
+from meshing.insertion import cut_slits, mirror_cracks
 
 from .test_meshing import pieces
 
@@ -43,7 +43,7 @@ def faces_on(mesh: meshio.Mesh, normal: Any, where: Where) -> Index:
     """Element faces with a normal, whose corners all lie where wanted, in the sense of the normal."""
     (block,) = mesh.cells
     k = 4 if block.type == "hexahedron" else 3
-    faces = block.data[:, [face[:k] for face in FACES[block.type]]].reshape(-1, k)
+    faces = block.data[:, [face[:k] for face in CELLS[block.type].faces]].reshape(-1, k)
     p = mesh.points[faces]
     turn = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) @ np.asarray(normal, dtype=float)
     return faces[(turn > 1e-9) & where(p.reshape(-1, 3)).reshape(-1, k).all(axis=1)]
@@ -61,7 +61,7 @@ def on(axis: int, at: float, *limits: tuple[int, float, float]) -> tuple[Array, 
 
 def volumes(points: Array, kind: str, cells: Index) -> Array:
     """Of cells with plane faces, from their faces."""
-    faces = WEDGE if kind.startswith("wedge") else [f[: 4 if kind == "hexahedron" else 3] for f in FACES[kind]]
+    faces = WEDGE if kind.startswith("wedge") else [f[: 4 if kind == "hexahedron" else 3] for f in CELLS[kind].faces]
     total = np.zeros(len(cells))
     for face in faces:
         for i in range(1, len(face) - 1):
@@ -105,7 +105,7 @@ def check_crack(mesh: meshio.Mesh) -> None:
     # the elements beside it: each side is a face of exactly one element, the plus side with its normal inwards
     faces: dict[tuple[int, ...], int] = {}
     for b in mesh.cells[:-1]:
-        for ring in b.data[:, [f[:k] for f in FACES[b.type]]].reshape(-1, k).tolist():
+        for ring in b.data[:, [f[:k] for f in CELLS[b.type].faces]].reshape(-1, k).tolist():
             start = ring.index(min(ring))
             turned = tuple(ring[start:] + ring[:start])
             faces[turned] = faces.get(turned, 0) + 1
@@ -120,7 +120,10 @@ def check_crack(mesh: meshio.Mesh) -> None:
         np.testing.assert_array_equal(original[c[:, 6:9]], original[c[:, 9:12]])
         np.testing.assert_array_equal(c[:, 12:], c[:, :3])
         mids = {
-            tuple(row) for b in mesh.cells[:-1] for f in FACES["tetra10"] for row in np.sort(b.data[:, f], axis=1).tolist()
+            tuple(row)
+            for b in mesh.cells[:-1]
+            for f in CELLS["tetra10"].faces
+            for row in np.sort(b.data[:, f], axis=1).tolist()
         }
         for columns in ([0, 1, 2, 6, 7, 8], [3, 4, 5, 9, 10, 11]):
             assert {tuple(row) for row in np.sort(c[:, columns], axis=1).tolist()} <= mids

@@ -10,7 +10,8 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from meshing.star import Star, n_corners
+from meshing.cells import CELLS
+from meshing.stars import Star
 
 from ..arrays import Array, Index
 
@@ -45,7 +46,7 @@ def draw_crack(figure: Figure, left: float, result: Result, frame: Frame, warped
     model, opening = result.model, frame.cracks["opening"]
     if model.cracks.faces is not None:
         block = model.mesh.cells[-1]
-        minus = block.data[:, : n_corners(block.type)]
+        minus = block.data[:, : CELLS[block.type].facet_corners]
         return _draw(figure, left, warped, warped[minus], opening, _OPENING, "plasma")
     shown = opening > _SHOWN * max(opening.max(initial=0.0), 1e-300)
     first, blocks, values = 0, [], []

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meshing import MeshError
-from meshing.cracks import Line
+from meshing.paths import Line
 
 from ..arrays import Array
 from ..errors import NotConverged, SceneError

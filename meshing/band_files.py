@@ -6,22 +6,20 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .cracks import bulk_cells
+from .arrays import Array, Index
+from .cells import BULK_2D, BULK_3D, CELLS
 from .errors import MeshError
-from .plane import SLACK
-from .reader import cell_members, checked, is_solid, listed, load, named_sets
-from .star import EDGES, FACES, Blocks
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from .files import cell_members, checked, is_solid, listed, load, named_sets
+from .paths import SLACK
+from .stars import Blocks, bulk_cells
 
 
 def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike | None = None) -> meshio.Mesh:
     """Read a mesh in any format that meshio knows, some of whose elements form the crack band.
 
-    In a plane mesh, a set that is one row of quadrilaterals or several, each one element wide, is put in the order of
+    In a 2D mesh, a set that is one row of quadrilaterals or several, each one element wide, is put in the order of
     `mesh_band`. In such a row each element shares at most two edges with others of the set, opposite ones, and the row does
     not close on itself. A single element is a row from one free edge to the opposite one, if its two other edges are shared
     with the bulk; otherwise it is one only with `along`, between the two opposite edges that `along` joins best.
@@ -39,7 +37,7 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
         Blocks of the bulk, then those of the band, in the order of the file. Cell sets `body` and, with `cells`, `band`.
         Point sets as those of `read_mesh`. `point_data["original"]` is 0, 1, 2, ...
 
-        Where the band is rows, one block of it, row after row in the order of the file, and a cell set `row`, the same as
+        If the band is rows, one block of it, row after row in the order of the file, and a cell set `row`, the same as
         `band`: `quad` [a-, b-, b+, a+], a to b along the row, the minus side to its right, or `quad8`
         [a-, b-, b+, a+, mid-, b-, mid+, a+]. The mid nodes across the band are left out, unless an element of the bulk
         uses them; in a point set the two corners beside it stand for such a node.
@@ -52,12 +50,12 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
     path = Path(path)
     mesh = load(path)
     _, sets = named_sets(mesh)
-    members, known = cell_members(mesh), FACES if is_solid(mesh) else EDGES
+    members, known = cell_members(mesh), BULK_3D if is_solid(mesh) else BULK_2D
     if cells is not None and cells not in members:
         able = [
             name for name, at in members.items() if any(len(i) for b, i in zip(mesh.cells, at, strict=True) if b.type in known)
         ]
-        raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {listed(able)}")
+        raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {listed(able)}", "band")
     clean, _, kept = checked(path, mesh, sets)
     bulk, band = [], []
     for i, (kind, block) in zip(kept, bulk_cells(clean), strict=True):
@@ -68,7 +66,7 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
         band.append((kind, block[inside]))
     bulk, band = ([(kind, block) for kind, block in part if len(block)] for part in (bulk, band))
     if cells is not None and not band:
-        raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(known)}; expected some")
+        raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(known)}; expected some", "band")
     rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
     if rows is not None:
         clean, bulk, band = _with_rows(clean, bulk, rows)
@@ -116,16 +114,16 @@ def _rows(points: Array, bulk: Blocks, band: Blocks, along: Array | None) -> Ind
         return None  # a ring
     rows = [_directed(points, corners, row, along) for row in sorted(rows, key=min)]
     order, leaves = np.array([pair for row in rows for pair in row], dtype=np.int64).T
-    turn = (np.arange(4) + leaves[:, None] - 1) % 4
-    turn = np.concatenate([turn, turn + 4], axis=1)[:, : cells.shape[1]]
-    return np.asarray(np.take_along_axis(cells[order], turn, axis=1))
+    columns = (np.arange(4) + leaves[:, None] - 1) % 4
+    columns = np.concatenate([columns, columns + 4], axis=1)[:, : cells.shape[1]]
+    return np.asarray(np.take_along_axis(cells[order], columns, axis=1))
 
 
 def _leave_single(points: Array, bulk: Blocks, corners: list[int], along: Array | None) -> int | None:
     """An edge at which a row of one element ends, or None if nothing tells."""
     edges = list(zip(corners, corners[1:] + corners[:1], strict=True))
     free = [
-        not any(((block[:, i] == b) & (block[:, j] == a)).any() for kind, block in bulk for i, j, *_ in EDGES[kind])
+        not any(((block[:, i] == b) & (block[:, j] == a)).any() for kind, block in bulk for i, j, *_ in CELLS[kind].edges)
         for a, b in edges
     ]
     if free[0] == free[2] != free[1] == free[3]:
@@ -155,7 +153,7 @@ def _directed(
 
 
 def _with_rows(mesh: meshio.Mesh, bulk: Blocks, rows: Index) -> tuple[meshio.Mesh, Blocks, Blocks]:
-    """Points and point sets, bulk and band, without the mid nodes across the rows."""
+    """A mesh of nodes and point sets, the bulk and the band, all without the mid nodes across the rows."""
     if rows.shape[1] == 4:
         return mesh, bulk, [("quad", rows)]
     across, beside = rows[:, [5, 7]].ravel(), rows[:, [[1, 2], [3, 0]]].reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""A user's own mesh, plane or solid: read, checked, and cut along a named set or a polyline."""
+"""A user's own mesh, 2D or 3D: read, checked, and cut along a named set or a polyline."""
 
 from __future__ import annotations
 
@@ -9,27 +9,14 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
-from .cracks import Line, as_text, bulk_cells, edges_on_path, insert_cracks
+from .arrays import Index
+from .cells import BULK_2D, BULK_3D, CELLS, counter_clockwise
 from .errors import MeshError
-from .plane import counter_clockwise
-from .star import EDGES, FACES, FACETS, Blocks, Star, numbered
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-#: corners of the cells that may form a path or a surface
-_CRACK_CORNERS = {"line": 2, "line3": 2, "triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
-
-#: the three neighbours of each corner of a solid cell, with a positive triple product where the cell is not inverted
-_NEIGHBOURS = {
-    "tetra": [(1, 2, 3)],
-    "tetra10": [(1, 2, 3)],
-    "hexahedron": [(1, 3, 4), (2, 0, 5), (3, 1, 6), (0, 2, 7), (7, 5, 0), (4, 6, 1), (5, 7, 2), (6, 4, 3)],
-}
+from .insertion import insert_cracks
+from .orientation import chained, flipped
+from .paths import Line, as_text, edges_on_path
+from .stars import Blocks, Star, bulk_cells
 
 
 def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
@@ -63,13 +50,15 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
     clean, index, _ = checked(path, mesh, sets)
     if not isinstance(crack, str):
         if is_solid(mesh):
-            raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes")
+            raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
         return insert_cracks(clean, edges_on_path(clean, "crack", crack))
     if crack not in sets:
-        raise MeshError(f"crack = '{crack}': the file has no such set; it has {listed(sets)}")
+        raise MeshError(f"crack = '{crack}': the file has no such set; it has {listed(sets)}", "crack")
     facets = [index[block] for block in cells.get(crack, [])]
     if any((block < 0).any() for block in facets):
-        raise MeshError(f"crack = '{crack}': a cell of this set has a node that no element has; expected parts of elements")
+        raise MeshError(
+            f"crack = '{crack}': a cell of this set has a node that no element has; expected parts of elements", "crack"
+        )
     find = _set_faces if is_solid(mesh) else _set_edges
     return insert_cracks(clean, find(crack, clean, facets, clean.point_sets[crack]))
 
@@ -77,7 +66,7 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
 def load(path: Path) -> meshio.Mesh:
     """The file as it is, its coordinates checked; (m, 2) unless it has solid cells."""
     if not path.is_file():
-        raise MeshError(f"file = '{path}': there is no such file")
+        raise MeshError(f"file = '{path}': there is no such file", "file")
     said = io.StringIO()  # meshio prints why a reader does not take the file, a blank line for a gmsh file
     try:
         with redirect_stdout(said):
@@ -85,42 +74,59 @@ def load(path: Path) -> meshio.Mesh:
     except SystemExit:  # meshio's way to say that no reader accepts the file
         if said.getvalue().strip():
             print(said.getvalue().strip())
-        raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads") from None
+        raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads", "file") from None
     except Exception as error:
-        raise MeshError(f"file = '{path}': meshio cannot read it: {error or type(error).__name__}") from None
+        raise MeshError(f"file = '{path}': meshio cannot read it: {error or type(error).__name__}", "file") from None
     points = np.asarray(mesh.points, dtype=float)
     if not np.isfinite(points).all():
-        raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite")
+        raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite", "file")
     mesh.points = points
     if is_solid(mesh):
         return mesh
     if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points):
         raise MeshError(
-            f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh"
+            f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh", "file"
         )
     mesh.points = points[:, :2]
     return mesh
 
 
 def is_solid(mesh: meshio.Mesh) -> bool:
-    """Whether a mesh has cells with a volume."""
+    """Whether a mesh has 3D cells."""
     return any(block.dim == 3 for block in mesh.cells)
 
 
 def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[meshio.Mesh, Index, list[int]]:
-    """Bulk cells and the nodes they use, plane ones counter-clockwise; new number of each node (or -1); which blocks were
-    kept."""
+    """Bulk cells and the nodes that they use.
+
+    Parameters
+    ----------
+    path : of the file, for messages.
+    mesh, sets : the file as it is, and its sets of nodes.
+
+    Returns
+    -------
+    clean, index, kept : the mesh of them, 2D cells counter-clockwise; the new number of each node, or -1; which blocks of
+        `mesh` they are.
+
+    Raises
+    ------
+    MeshError
+        If there are none, or other 3D cells, or some are inverted or flat.
+    """
     points, solid = mesh.points, is_solid(mesh)
-    kept = [i for i, block in enumerate(mesh.cells) if block.type in (FACES if solid else EDGES)]
-    other = {block.type for block in mesh.cells if block.dim == 3 and block.type not in FACES}
+    kept = [i for i, block in enumerate(mesh.cells) if block.type in (BULK_3D if solid else BULK_2D)]
+    other = {block.type for block in mesh.cells if block.dim == 3 and block.type not in BULK_3D}
     if not kept or other:
-        kinds, known = other or {b.type for b in mesh.cells}, FACES if solid else FACETS
-        raise MeshError(f"file = '{path}': its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}")
+        kinds, known = other or {b.type for b in mesh.cells}, BULK_3D if solid else BULK_2D + BULK_3D
+        raise MeshError(
+            f"file = '{path}': its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}", "file"
+        )
     blocks = [(mesh.cells[i].type, mesh.cells[i].data.astype(np.int64)) for i in kept]
     if solid:
         _check_solid(path, mesh, blocks)
     else:
-        blocks = [(kind, counter_clockwise(points, cells)) for kind, cells in blocks]
+        blocks = [(kind, counter_clockwise(points, kind, cells)) for kind, cells in blocks]
     used = np.unique(np.concatenate([cells.ravel() for _, cells in blocks]))
     index = np.full(len(points), -1)
     index[used] = np.arange(len(used))
@@ -133,23 +139,22 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
 
 
 def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
-    """A MeshError for an inverted cell, or for plane cells that are no faces of the solid ones."""
+    """Refuse inverted 3D cells, and 2D cells that are no faces of them; MeshError."""
     for kind, cells in blocks:
         p = mesh.points[cells]
-        triples = [np.moveaxis(p[:, list(n)] - p[:, [i]], 1, 0) for i, n in enumerate(_NEIGHBOURS[kind])]
+        triples = [np.moveaxis(p[:, list(n)] - p[:, [i]], 1, 0) for i, n in enumerate(CELLS[kind].neighbours)]
         volume = np.stack([np.einsum("ni,ni->n", np.cross(u, v), w) for u, v, w in triples], axis=1)
         size = np.ptp(p, axis=1).max(axis=1)
         for i in np.flatnonzero((volume < -1e-9 * size[:, None] ** 3).any(axis=1) | ~(volume > 0).any(axis=1))[:1].tolist():
             raise MeshError(
                 f"file = '{path}': {kind} {i} at {as_text(p[i].mean(axis=0))} is inverted or flat; expected cells "
-                "with a positive volume in the node order of meshio"
+                "with a positive volume in the node order of meshio",
+                "file",
             )
-    nodes, star = mesh.points.shape[0], Star.from_cells(bulk_cells(mesh))
-    is_used = np.zeros(nodes, dtype=bool)
-    is_used[star.nodes.ravel()] = True
+    star = Star.from_cells(bulk_cells(mesh))
     for block in mesh.cells:
         if block.dim == 2:
-            k = _CRACK_CORNERS.get(block.type, 0)
+            k = CELLS[block.type].n_corners if block.type in CELLS else 0
             faces = block.data[:, :k].astype(np.int64)
             loose = (
                 np.ones(len(faces), bool) if k != star.corners else (star.find(faces) < 0) & (star.find(faces[:, ::-1]) < 0)
@@ -157,16 +162,18 @@ def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
             for i in np.flatnonzero(loose)[:1].tolist():
                 raise MeshError(
                     f"file = '{path}': it mixes solid and plane cells, {block.type} {i} at "
-                    f"{as_text(mesh.points[block.data[i]].mean(axis=0))} is no face of a solid cell; expected faces of them"
+                    f"{as_text(mesh.points[block.data[i]].mean(axis=0))} is no face of a solid cell; expected faces of them",
+                    "file",
                 )
 
 
 def listed(names: Iterable[str]) -> str:
+    """Names as text."""
     return ", ".join(sorted(names)) or "none"
 
 
 def named_sets(mesh: meshio.Mesh) -> tuple[dict[str, list[Index]], dict[str, Index]]:
-    """Corners of the line cells, or of the triangles and quadrilaterals of a solid mesh, by set name; nodes by set name."""
+    """Corners of the line cells, or of the triangles and quadrilaterals of a 3D mesh, by set name; nodes by set name."""
     facets: dict[str, list[Index]] = {}
     nodes: dict[str, Index] = {name: np.asarray(at, dtype=np.int64) for name, at in (mesh.point_sets or {}).items()}
     dimension = 2 if is_solid(mesh) else 1
@@ -174,7 +181,7 @@ def named_sets(mesh: meshio.Mesh) -> tuple[dict[str, list[Index]], dict[str, Ind
         parts = [(b, b.data[at].astype(np.int64)) for b, at in zip(mesh.cells, members, strict=True) if len(at)]
         if parts:
             nodes[name] = np.unique(np.concatenate([data.ravel() for _, data in parts]))
-        corners = [data[:, : _CRACK_CORNERS[b.type]] for b, data in parts if b.dim == dimension and b.type in _CRACK_CORNERS]
+        corners = [data[:, : CELLS[b.type].n_corners] for b, data in parts if b.dim == dimension and b.type in CELLS]
         if corners:
             facets[name] = corners
     return facets, nodes
@@ -196,34 +203,36 @@ def cell_members(mesh: meshio.Mesh) -> dict[str, list[Index]]:
 def _set_edges(name: str, mesh: meshio.Mesh, lines: list[Index], nodes: Index) -> Index:
     """Edges of a set: its line cells, else every element edge between two of its nodes; chained to one direction."""
     if lines:
-        return _chained(np.concatenate(lines))
+        return chained(np.concatenate(lines))
     edges = np.unique(np.sort(_facets_between(mesh, nodes).nodes[:, :2], axis=1), axis=0)
     if not len(edges):
         raise MeshError(
-            f"crack = '{name}': no element edge joins two nodes of this set; expected lines or nodes along the path"
+            f"crack = '{name}': no element edge joins two nodes of this set; expected lines or nodes along the path", "crack"
         )
-    return _chained(edges)
+    return chained(edges)
 
 
 def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -> Index:
-    """Faces of a set: its triangles or quadrilaterals, else every element face between its nodes; turned the same way."""
+    """Faces of a set: its triangles or quadrilaterals, else every element face between its nodes; oriented alike."""
     if cells:
         faces = np.concatenate(cells)
-        return np.where(_turned(name, faces)[0][:, None], faces[:, ::-1], faces)
+        return np.where(flipped(name, faces)[0][:, None], faces[:, ::-1], faces)
     star = _facets_between(mesh, nodes)
     if not len(star.facet):
         raise MeshError(
-            f"crack = '{name}': no element face joins nodes of this set; expected surface cells or nodes on the surface"
+            f"crack = '{name}': no element face joins nodes of this set; expected surface cells or nodes on the surface",
+            "crack",
         )
     owner, count = np.unique(star.cell, return_counts=True)
-    if (count == len(FACES[mesh.cells[0].type])).any():
+    if (count == len(CELLS[mesh.cells[0].type].faces)).any():
         raise MeshError(
             f"crack = '{name}': this set has all corners of element {owner[count.argmax()]}; expected nodes on one surface, "
-            "or a set of its faces"
+            "or a set of its faces",
+            "crack",
         )
     faces = star.nodes[np.unique(star.facet, return_index=True)[1], : star.corners]
-    is_turned, sheet = _turned(name, faces)
-    faces = np.where(is_turned[:, None], faces[:, ::-1], faces)
+    to_flip, sheet = flipped(name, faces)
+    faces = np.where(to_flip[:, None], faces[:, ::-1], faces)
     a, b, c = (mesh.points[faces[:, i]] for i in range(3))
     for i in range(sheet.max() + 1):
         normal = np.cross(b - a, c - a)[sheet == i].sum(axis=0)
@@ -234,57 +243,9 @@ def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -
 
 
 def _facets_between(mesh: meshio.Mesh, nodes: Index) -> Star:
-    """The element-facet incidences whose corners are all among some nodes."""
+    """The rows of the star of a mesh whose corners are all among some nodes."""
     on = np.zeros(len(mesh.points), dtype=bool)
     on[nodes] = True
     star = Star.from_cells(bulk_cells(mesh))
     rows = on[star.nodes[:, : star.corners]].all(axis=1)
     return Star(star.cell[rows], star.facet[rows], star.nodes[rows], star.corners)
-
-
-def _turned(name: str, faces: Index) -> tuple[NDArray[np.bool_], Index]:
-    """Which faces to turn over so that neighbours have the same sense as the first of their sheet, and the sheet of each.
-
-    A sheet goes on over edges that two faces share, and ends where more of them meet.
-    """
-    n, k = faces.shape
-    ring = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    edge = numbered(ring, directed=False)
-    order = np.argsort(edge, kind="stable")
-    first = np.flatnonzero(np.bincount(edge)[edge[order]] == 2)[::2]
-    one, other = order[first], order[first + 1]
-    agree = ring[one, 0] != ring[other, 0]
-    i, j = one // k, other // k
-    # face i as it is has the number i, turned over n + i
-    graph = sp.coo_array(
-        (np.ones(2 * len(i)), (np.r_[i, n + i], np.r_[np.where(agree, j, n + j), np.where(agree, n + j, j)])),
-        shape=(2 * n, 2 * n),
-    )
-    _, group = connected_components(graph, directed=False)
-    same, against = group[:n], group[n:]
-    if (same == against).any():
-        raise MeshError(f"crack = '{name}': this surface has only one side, as a Moebius strip; expected one with two sides")
-    _, start, sheet = np.unique(np.minimum(same, against), return_index=True, return_inverse=True)
-    return np.asarray(same != same[start][sheet]), np.asarray(sheet)
-
-
-def _chained(edges: Index) -> Index:
-    """Edges turned so that each continues its neighbour, from an end of the path where there is one."""
-    neighbours: dict[int, list[int]] = {}
-    for i, (a, b) in enumerate(edges.tolist()):
-        neighbours.setdefault(a, []).append(i)
-        neighbours.setdefault(b, []).append(i)
-    ends = [node for node, at in neighbours.items() if len(at) != 2]
-    done = np.zeros(len(edges), dtype=bool)
-    turned = edges.copy()
-    for start in [*sorted(ends), *edges[:, 0].tolist()]:
-        pending = [start]
-        while pending:
-            node = pending.pop()
-            for i in neighbours[node]:
-                if not done[i]:
-                    done[i] = True
-                    if turned[i, 0] != node:
-                        turned[i] = turned[i, ::-1]
-                    pending.append(int(turned[i, 1]))
-    return turned
