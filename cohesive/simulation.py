@@ -54,7 +54,7 @@ def run(
     reference = load_reference(scene)
     built = build(scene)
     check_stages(scene, built.problem, built.cracks.width)
-    march = March(built.problem, scene.stages, built.record, scene.solver.largest_step)
+    march = March(built.problem, scene.stages, built.record, step_growth=scene.solver.largest_step)
     if built.is_smeared and (warning := band_note(scene, built.cracks.width)):
         march.notes.append(warning)
     if isinstance(scene.specimen, Specimen) and scene.specimen.is_off_the_notch():

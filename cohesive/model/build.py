@@ -98,13 +98,15 @@ def build(scene: Scene) -> Model:
     measures = {name: row[condensation.unknowns] for name, row in measures.items()}
     drives_at = number[unknowns.drives]
     timings["condense"] = time.perf_counter() - clock
+    area = cracks.area or extent * (scene.specimen.thickness or extent)  # without one, its order
     problem = Problem(
         cracks.point_law,
         CrackOperator.from_matrix(operator, cracks.weights, cracks.where),
         condensation.stiffness,
         drives_at,
         np.eye(len(drives_at))[0],
-        cracks.area or extent * (scene.specimen.thickness or extent),  # without one, its order
+        scene.material.ft * area,
+        scene.material.Gf * area,
         measures,
         scene.solver.tol,
         spring=getattr(scene.specimen, "restraint", 0.0),

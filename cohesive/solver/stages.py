@@ -1,4 +1,4 @@
-"""solver/stages"""
+"""What a user asks of the loading: stages, checked when they are made."""
 
 from __future__ import annotations
 
@@ -7,20 +7,10 @@ from typing import Any
 
 import numpy as np
 
-CONTROLS = ("opening", "sliding", "load", "driven", "dissipation")
+from .columns import UNLOADED, WATCHED
+from .controls import CONTROLS
 
-#: what `until` may watch: columns of the history, and the load over the largest load so far
-WATCHED = (
-    "load", "opening", "sliding", "driven", "stress_n", "stress_s", "work", "elastic", "stored", "dissipated",
-    "contact_work", "load_ratio",
-)  # fmt: skip
-
-#: controls that prescribe a motion, mm
-MOTIONS = ("opening", "sliding", "driven")
-
-#: what `unload` may go back to
-UNLOADED = ("load", "opening", "sliding", "driven", "stress_n", "stress_s")
-
+#: steps to a target, if neither their number nor their size is given
 DEFAULT_STEPS = 50
 
 
@@ -30,7 +20,8 @@ class Stage:
 
     Parameters
     ----------
-    control : "opening" | "sliding" (the scene's gauge, mm), "load" (N), "driven" (mm), "dissipation" (N mm in all).
+    control : "opening" | "sliding" (the scene's gauge, mm), "load" (N), "driven" (mm), "dissipation" (N mm in all), or a
+        name that was given to `register_control`.
     to : target, or a list of targets that are visited in turn.
     steps : number of equal steps to each target, 50 by default; a step that fails is cut, the next ones grow back. The
         first step after a reversal is a quarter of the others.
@@ -71,15 +62,16 @@ class Stage:
             raise ValueError(f"step = {self.step!r}: expected a number above 0")
         if not self.targets or not all(_is_number(target) for target in self.targets):
             raise ValueError(f"to = {self.to!r}: expected a finite number or a list of them")
-        if self.control == "dissipation" and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
-            raise ValueError(f"to = {self.to!r}: expected growing numbers above 0, dissipation cannot fall")
+        can_fall = CONTROLS[self.control].can_fall
+        if not can_fall and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
+            raise ValueError(f"to = {self.to!r}: expected growing numbers above 0, {self.control} cannot fall")
         for one, other in (("steps", "step"), ("angle", "ratio")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ValueError(f"{one} = {getattr(self, one)}, {other} = {getattr(self, other)}: expected one of the two")
         _check_event("until", self.until, WATCHED)
         _check_event("unload", self.unload, UNLOADED)
-        if self.unload is not None and self.control == "dissipation":
-            raise ValueError(f"unload = {self.unload!r}: dissipation cannot fall; expected another control")
+        if self.unload is not None and not can_fall:
+            raise ValueError(f"unload = {self.unload!r}: {self.control} cannot fall; expected another control")
 
     @property
     def direction(self) -> float | None:
@@ -111,5 +103,6 @@ def _is_number(value: object) -> bool:
 
 
 def event_text(event: dict[str, float]) -> str:
+    """What `until` or `unload` waits for, for messages."""
     ((name, value),) = event.items()
     return f"{name} = {value:g}"
