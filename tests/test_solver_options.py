@@ -7,8 +7,8 @@ import pytest
 
 from cohesive import Scene, SceneError, run
 from cohesive.model.build import build
-from cohesive.solver.steps import next_size
 from cohesive.solver.newton import MAX_ITERATIONS
+from cohesive.solver.steps import next_size
 
 from .conftest import block
 
