@@ -6,31 +6,31 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .band import mesh_band
     from .band_files import read_band_mesh
-    from .base import PlaneSpecimen, Specimen
     from .errors import MeshError
     from .files import read_mesh
     from .insertion import crack_front_length, insert_cracks
     from .outline import Outline
     from .polygon import mesh_body, mesh_polygon
     from .sizes import MeshSizes
-    from .solids import NotchedBeam3D, PushOff3D, SingleCrack3D
-    from .specimens import MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
+    from .specimens import (
+        MixedModePlate, NotchedBeam, NotchedTension, PlaneSpecimen, PushOff, SandwichPanel, SingleCrack, SingleCrack3D, Specimen,
+        UserMesh,
+    )  # fmt: skip
 
 __all__ = [
     "MeshError",
     "MeshSizes",
     "MixedModePlate",
     "NotchedBeam",
-    "NotchedBeam3D",
     "NotchedTension",
     "Outline",
     "PlaneSpecimen",
     "PushOff",
-    "PushOff3D",
     "SandwichPanel",
     "SingleCrack",
     "SingleCrack3D",
     "Specimen",
+    "UserMesh",
     "crack_front_length",
     "insert_cracks",
     "mesh_band",
@@ -46,16 +46,15 @@ _HOME = {
     "MeshSizes": "sizes",
     "MixedModePlate": "specimens",
     "NotchedBeam": "specimens",
-    "NotchedBeam3D": "solids",
     "NotchedTension": "specimens",
     "Outline": "outline",
-    "PlaneSpecimen": "base",
+    "PlaneSpecimen": "specimens",
     "PushOff": "specimens",
-    "PushOff3D": "solids",
     "SandwichPanel": "specimens",
     "SingleCrack": "specimens",
-    "SingleCrack3D": "solids",
-    "Specimen": "base",
+    "SingleCrack3D": "specimens",
+    "Specimen": "specimens",
+    "UserMesh": "specimens",
     "crack_front_length": "insertion",
     "insert_cracks": "insertion",
     "mesh_band": "band",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from .errors import MeshError
+from .keys import check_keys, key
 
 #: more elements along a crack, or in a body, than any of these cases needs or a machine holds
 _MOST_ALONG, _MOST_IN_ALL = 1e5, 2e7
@@ -21,50 +22,29 @@ class MeshSizes:
         Naming the key, its value and what was expected.
     """
 
-    crack_size: float = field(
-        metadata={"meaning": "element size along the crack path", "unit": "mm", "range": "above 0"},
+    crack_size: float = key(
+        "element size along the crack path; default: the smaller of 1/25 of the crack length and 1/15 of E Gf/ft^2",
+        unit="mm",
+        above=0,
     )
-    far_size: float = field(
-        metadata={"meaning": "element size far from the crack path", "unit": "mm", "range": "at least crack_size"},
+    far_size: float = key("element size far from the crack path; default: 8 times crack_size", unit="mm", above=0)
+    shape: str = key(
+        "shape of the elements; in 3D they stand for tetrahedra and hexahedra", "triangle", one_of=("triangle", "quad")
     )
-    shape: str = field(
-        default="triangle",
-        metadata={
-            "meaning": "shape of the elements; in 3D they stand for tetrahedra and hexahedra",
-            "unit": "",
-            "range": '"triangle" | "quad"',
-        },
-    )
-    order: int = field(
-        default=1,
-        metadata={"meaning": "order of the elements; hexahedra are of first order", "unit": "", "range": "1 | 2"},
-    )
-    layers: int | None = field(
-        default=None,
-        metadata={
-            "meaning": "elements through the thickness of an extruded specimen, refused by any other; "
-            "by default they are as thick as far_size",
-            "unit": "",
-            "range": "a whole number of at least 1",
-        },
+    order: int = key("order of the elements; hexahedra are of first order", 1, at_least=1, at_most=2)
+    layers: int | None = key(
+        "elements through the thickness of an extruded specimen, refused by any other; default: as thick as far_size",
+        None,
+        at_least=1,
     )
 
     def __post_init__(self) -> None:
+        check_keys(self, MeshError)
         for name in ("crack_size", "far_size"):
-            value = getattr(self, name)
-            if not 0 < value < math.inf:
-                raise MeshError(f"{name} = {value!r}: expected a finite number above 0, in mm", name)
+            if getattr(self, name) == math.inf:
+                raise MeshError(f"{name} = inf: expected a finite number above 0, in mm", name)
         if self.far_size < self.crack_size:
             raise MeshError(f"far_size = {self.far_size!r}: expected at least crack_size = {self.crack_size!r}", "far_size")
-        if self.shape not in ("triangle", "quad"):
-            raise MeshError(
-                f"shape = {self.shape!r}: expected 'triangle' or 'quad', in three dimensions for tetrahedra or hexahedra",
-                "shape",
-            )
-        if self.order not in (1, 2):
-            raise MeshError(f"order = {self.order!r}: expected 1 or 2", "order")
-        if self.layers is not None and not (isinstance(self.layers, int) and self.layers >= 1):
-            raise MeshError(f"layers = {self.layers!r}: expected a whole number of at least 1", "layers")
 
     def layers_through(self, thickness: float) -> int:
         """Number of elements through a thickness, mm."""

@@ -224,7 +224,7 @@ def test_an_event_on_the_way_back_ends_the_stage_there(name: str, value: float) 
 
 def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatch: pytest.MonkeyPatch) -> None:
     """A failure there is not that of a crack which sets energy free: dissipation lies the other way."""
-    from cohesive.solver import march as loading
+    from cohesive.solver import snap as loading
 
     def fail(problem: Any, start: Any, control: str, *rest: Any, **more: Any) -> Any:
         if control == "driven" and start.driven <= -0.002:
@@ -393,9 +393,9 @@ def test_a_load_beyond_the_largest_one_fails_and_says_what_helps(beam: Scene) ->
 
 def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("cohesive.solver.newton.MAX_ITERATIONS", 2)  # enough for elastic steps only
-    monkeypatch.setattr("cohesive.solver.march.SMALLEST_STEP", 0.3)
+    monkeypatch.setattr("cohesive.solver.leg.SMALLEST_STEP", 0.3)
     monkeypatch.setattr("cohesive.solver.snap.SETTLING_STEPS", 0)
-    monkeypatch.setattr("cohesive.solver.march.MOTIONS", ())  # no way back by dissipation either
+    monkeypatch.setattr("cohesive.solver.controls.Measured.is_motion", False)  # no way back by dissipation either
     with pytest.raises(NotConverged, match=r"stage 1: the step from opening = .* failed down to") as caught:
         run(beam.with_(**{"stage.0.steps": 2000}), output=tmp_path)
     result = caught.value.result

@@ -60,7 +60,7 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
         raise SceneError(
             "specimen: the body is not held, its stiffness is singular; expected supports against every motion", "specimen"
         )
-    check_stages(scene.stages, problem, scene.material, cracks.width, _area(scene, mesh, cracks))
+    check_stages(scene.stages, problem, scene.material, cracks.width)
     total = bulk.unknowns.transform.shape[1]
     return Model(mesh, elastic, cracking, cracks, problem, condensation, total, timings, _notes(scene, mesh, cracks))
 

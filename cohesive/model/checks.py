@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from ..errors import SceneError
 from ..law.concrete import Concrete
+from ..solver.controls import CONTROLS
 from ..solver.problem import Problem
 from ..solver.stages import Stage
 
@@ -26,24 +27,23 @@ def check_units(concrete: Concrete, crack_length: float) -> None:
         )
 
 
-def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, width: float, area: float) -> None:
+def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, width: float) -> None:
     """Refuse targets that this body cannot reach.
 
     Parameters
     ----------
     width : of the crack plane, mm.
-    area : of the crack, mm^2.
     """
     m = concrete
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
-    available = shear * (m.Gf + m.ft**2 * width / (2 * m.E)) * area
+    available = shear * (1.0 + m.ft**2 * width / (2 * m.E * m.Gf)) * problem.energy
     for i, stage in enumerate(stages):
         for key in ("angle", "hold"):
             if (value := getattr(stage, key)) is not None and len(problem.drives) == 1:
                 raise SceneError(
                     f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}", f"stage.{i}.{key}"
                 )
-        if stage.control == "dissipation" and max(stage.targets) > available:
+        if max(stage.targets) > CONTROLS[stage.control].most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
                 f"stage.{i}.to",
@@ -57,10 +57,10 @@ def _check_first_control(first: Stage, problem: Problem) -> None:
     """Refuse a measure that the drive does not change while the body is elastic."""
     if len(problem.drives) == 2:
         problem = problem.driven(first.angle or 0.0, first.hold is not False)
-    if first.control not in problem.measures:
+    control, start = CONTROLS[first.control], problem.initial()
+    if not control.is_motion or (row := control.equation(problem, 0.0, start, start).row) is problem.drive:
         return
     elastic = problem.response(problem.point_law.elastic())
-    row = problem.measures[first.control]
     if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
         raise SceneError(
             f"stage.0.control = '{first.control}': the drive does not change it while the body is elastic; expected a "

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import meshio
 
-from meshing.cells import facet_corners
+from meshing.cells import CELLS
 from meshing.insertion import crack_front_length
 from meshing.specimens import Specimen
 
@@ -77,7 +77,7 @@ class CrackedMesh:
     def minus_faces(self) -> Index:
         """Corner nodes of the minus faces along the path, (n, k)."""
         assert self.faces is not None
-        corners: Index = self.faces.data[:, : facet_corners(self.faces.type)]
+        corners: Index = self.faces.data[:, : CELLS[self.faces.type].facet_corners]
         return corners
 
     @property

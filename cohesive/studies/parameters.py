@@ -12,7 +12,8 @@ from meshing.solids import Extruded, SingleCrack3D
 from ..errors import SceneError
 from ..model.cracks import default_width
 from ..scenes.scene import Scene
-from ..solver.stages import MOTIONS, Stage
+from ..solver.controls import CONTROLS
+from ..solver.stages import Stage
 
 #: values by knob: a factor on what the scene has (the first five and "finer"), or the value itself
 Settings = dict[str, Any]
@@ -195,7 +196,7 @@ def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
         j = min(i, len(like.stages) - 1)
         other, way_there = like.stages[j], _ways(like.stages)[j]
         count = other.count(way_there)
-        if stage.control in MOTIONS and other.control in MOTIONS:
+        if CONTROLS[stage.control].is_motion and CONTROLS[other.control].is_motion:
             count *= max(1.0, (way / opening) / (way_there / opening_there))
         if stage.step is not None:
             if not math.isclose(step := way / (count * factor), stage.step):

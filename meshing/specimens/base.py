@@ -16,7 +16,8 @@ from ..errors import MeshError
 from ..extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
 from ..keys import check_keys
 from ..paths import Line, Point, path_length
-from ..polygon import Outline, mesh_body, mesh_polygon
+from ..outline import Outline
+from ..polygon import mesh_body, mesh_polygon
 from ..sizes import MeshSizes
 
 #: name of a point set of the mesh, or a point that is a node

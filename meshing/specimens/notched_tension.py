@@ -8,7 +8,7 @@ from typing import Any
 
 from ..keys import key
 from ..paths import Line, Point
-from ..polygon import Outline
+from ..outline import Outline
 from .base import Direction, Drive, Gauge, PlaneSpecimen, Support, expect, without_repeats
 from .registry import register_specimen
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..keys import key
 from ..paths import Line, Point
-from ..polygon import Outline
+from ..outline import Outline
 from .base import Drive, PlaneSpecimen, Support
 from .registry import register_specimen
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from ..keys import key
 from ..paths import Line, Point
-from ..polygon import Outline
+from ..outline import Outline
 from .base import Direction, Drive, Gauge, PlaneSpecimen, Support, expect
 from .registry import register_specimen
 
