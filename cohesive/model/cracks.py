@@ -183,8 +183,8 @@ def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> 
             f"(ft^2 l_ch / 2E is {excess:.2g} Gf); expected less than {2 * scene.material.characteristic_length:.4g} mm"
         )
     law = CrackBand(
-        CrackPlane(scene.material, width, shear_scaling=options.shear_scaling), band[0].D, corners[cell],
-        options.max_cracks, options.threshold_angle, options.tol,
+        CrackPlane(scene.material, width), band[0].D, corners[cell],
+        options.max_cracks, options.threshold_angle,
         None if rotations is None else rotations[:, 0],
     )  # fmt: skip
     where = np.concatenate([part[2] for part in parts])
