@@ -77,7 +77,7 @@ def test_tangent(width: float, components: int, u_phi0: float) -> None:
         for unit in np.eye(components):
             if frozen:
                 ends = [
-                    law._intact(Z_new)[:, None] * law.stiffness(components) * at + law.contact_traction(at, Z_new)
+                    law.intact(Z_new)[:, None] * law.stiffness(components) * at + law.contact_traction(at, Z_new)
                     for at in (jump + h * unit, jump - h * unit)
                 ]
             else:
@@ -113,7 +113,7 @@ def loop_work(law: CrackPlane, turn: int) -> float:
     for a, b in pairwise(corners):
         at = 0.5 * (a + b) + 0.5 * x[:, None] * (b - a)
         Z = np.full(len(at), 0.3)
-        traction = law._intact(Z)[:, None] * law.stiffness(2) * at + law.contact_traction(at, Z)
+        traction = law.intact(Z)[:, None] * law.stiffness(2) * at + law.contact_traction(at, Z)
         work += 0.5 * float(weight @ (traction @ (b - a)))
     return work
 
@@ -139,13 +139,13 @@ def test_growing_damage_creates_no_energy_either(name: str, width: float) -> Non
     step = 1e-4 * Z
 
     def energy(history: Array) -> Array:
-        from cohesive.law.potential_contact import _solve, _total
+        from cohesive.law.potential_contact import inelastic_jump, total_energy
 
         psi = np.zeros(len(jump))
         at = np.flatnonzero(law.contact_distance(jump, history)[0] < law.contact_reach(history))
         u, z = np.column_stack([jump[at, 0], abs(jump[at, 1])]), history[at]
         k = np.broadcast_to(law.stiffness(2), u.shape)
-        psi[at] = _total(law, _solve(law, u, z, k), u, z, k)[0]
+        psi[at] = total_energy(law.concrete, k, inelastic_jump(law.concrete, k, u, z), u, z)[0]
         return np.asarray(law.stored_energy(jump, history) + law.damage(history) * psi)
 
     before, after = energy(Z), energy(Z + step)
@@ -235,7 +235,7 @@ def test_a_local_iteration_that_fails_is_a_step_that_fails(monkeypatch: pytest.M
 
     def fail_from_now_on(step: object, row: dict[str, float]) -> None:
         if row["step"] == 5:
-            monkeypatch.setattr("cohesive.law.potential_contact._ITERATIONS", 0)
+            monkeypatch.setattr("cohesive.law.potential_contact.MAX_ITERATIONS", 0)
 
     with pytest.raises(NotConverged, match="no contact found for the jump") as stopped:
         run(cyclic, on_step=fail_from_now_on)
@@ -246,4 +246,4 @@ def test_bad_input() -> None:
     with pytest.raises(ValueError, match="contact = 'other': expected 'printed' or 'potential'"):
         Concrete.preset("reinhardt", contact="other")
     with pytest.raises(ValueError, match="shear_scaling"):
-        CrackPlane(MENDED, 1.0, shear_scaling=False)
+        replace(MENDED, shear_scaling=False)

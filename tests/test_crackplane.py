@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
+from cohesive.law.interlock import interlock_factor
 
 Array = NDArray[np.float64]
 
@@ -169,8 +170,8 @@ def test_shear_scaling_tends_to_the_inelastic_stiffness(width: float) -> None:
     # eq. (25) with (C4): w/(G H_w) = w/G + (h/G)(1-H)/H, elastic and inelastic compliance in series
     law = CrackPlane(Concrete.preset("reinhardt"), width)
     u1 = np.array([0.01, 0.05, 0.1]) * law.concrete.Zm
-    H = CrackPlane(law.concrete)._interlock_factor(u1)[0]  # w = h: H itself
-    scaled = law._interlock_factor(u1)[0]
+    H = interlock_factor(law.concrete, law.concrete.h, u1)[0]  # w = h: H itself
+    scaled = interlock_factor(law.concrete, width, u1)[0]
     np.testing.assert_allclose(width / scaled, width + law.concrete.h * (1 - H) / H, rtol=1e-12)
 
 
@@ -220,7 +221,7 @@ def test_no_nan_anywhere(width: float) -> None:
     jump = random.uniform(-10 * Zm, 10 * Zm, (200_000, 3))
     jump[:10] = 0.0
     jump[10:20, 1:] = 0.0
-    jump[20] = [law.concrete.u_phi0 + 0.025 * Zm + 3 * law._smoothing(np.array([Zm]))[0][0], 0, 0]  # the nose's centre
+    jump[20] = [law.concrete.u_phi0 + 0.025 * Zm + law.contact_reach(np.array([Zm]))[0], 0, 0]  # the nose's centre
     Z = random.uniform(0, 10 * Zm, 200_000)
     with np.errstate(all="raise", under="ignore"):
         for values in law.update(jump, Z):
