@@ -13,7 +13,15 @@ if TYPE_CHECKING:
     from .polygon import mesh_body, mesh_polygon
     from .sizes import MeshSizes
     from .specimens import (
-        MixedModePlate, NotchedBeam, NotchedTension, PlaneSpecimen, PushOff, SandwichPanel, SingleCrack, SingleCrack3D, Specimen,
+        MixedModePlate,
+        NotchedBeam,
+        NotchedTension,
+        PlaneSpecimen,
+        PushOff,
+        SandwichPanel,
+        SingleCrack,
+        SingleCrack3D,
+        Specimen,
         UserMesh,
     )  # fmt: skip
 

@@ -7,9 +7,9 @@ import json
 from pathlib import Path
 
 import pytest
+from cohesive.commands.cli import main
 
 from cohesive import Scene, SceneError, run
-from cohesive.commands.cli import main
 from cohesive.scenes.scene import dump_toml
 from cohesive.studies.accuracy import parse, settings_for, stored
 from cohesive.studies.curves import curve_of

@@ -10,8 +10,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-
 from cohesive.commands.cli import main
+
 from cohesive.results.columns import COLUMNS
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]

@@ -7,8 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-
 from cohesive.commands.cli import main
+
 from cohesive.studies.trade import trade
 
 from .conftest import block

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cohesive.commands.cli import main
 
 from cohesive import Comparison, Scene, compare, run
-from cohesive.commands.cli import main
 from cohesive.elements.bulk import ELEMENTS
 from cohesive.model.build import build
 from cohesive.studies.compare import _along

@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from cohesive.commands.cli import main
 
 from cohesive import NotConverged, Scene, SceneError, run
 from cohesive.algebra.petsc import stiffness
 from cohesive.algebra.petsc.ranks import rank_and_size
-from cohesive.commands.cli import main
 from cohesive.scenes.scene import dump_toml
 
 #: starts two processes

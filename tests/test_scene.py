@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cohesive.commands.cli import main
 
 from cohesive import Scene, SceneError, run
-from cohesive.commands.cli import main
 from cohesive.scenes.scene import built_in, dump_toml
 from meshing import MeshError
 

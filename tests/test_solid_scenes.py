@@ -9,9 +9,9 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
+from cohesive.commands.cli import main
 
 from cohesive import Result, Scene, SceneError, compare, run
-from cohesive.commands.cli import main
 from cohesive.results.report import warnings
 from cohesive.results.solid_figures import outer_faces
 from cohesive.studies.accuracy import settings_for

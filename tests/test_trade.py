@@ -9,9 +9,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from cohesive.commands.cli import main
 
 from cohesive import Scene, SceneError
-from cohesive.commands.cli import main
 from cohesive.studies.parameters import KNOBS, changes
 from cohesive.studies.trade import Cost, Trade, Trial, _combined, _finest, trade
 from tests.conftest import OF_A_FILE

@@ -60,7 +60,8 @@ class BandPart(CrackPart):
             value[planes.point[widest]] = one[widest]
             values.append(value)
         count = np.bincount(planes.point, minlength=size).astype(float)
-        return values_by_name(*values, count) | {"strain_max": major_strain(points.deformation)}
+        jump, traction, damage = values
+        return values_by_name(jump, traction, damage, count) | {"strain_max": major_strain(points.deformation)}
 
 
 def band_part(

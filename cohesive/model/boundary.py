@@ -166,7 +166,8 @@ def _relative_motion(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None) -
                 np.add.at(row, d * nodes + axis, factor * direction[axis] / len(nodes))
         if name == "opening" and not row.any():
             raise SceneError(
-                "specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places", "specimen.gauge_minus"
+                "specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places",
+                "specimen.gauge_minus",
             )
         found[name] = row
     return found

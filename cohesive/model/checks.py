@@ -41,7 +41,8 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
         for key in ("angle", "hold"):
             if (value := getattr(stage, key)) is not None and len(problem.drives) == 1:
                 raise SceneError(
-                    f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}", f"stage.{i}.{key}"
+                    f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}",
+                    f"stage.{i}.{key}",
                 )
         if max(stage.targets) > CONTROLS[stage.control].most(available):
             raise SceneError(

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-
 from meshing.solids import Extruded
 
 from ..elements.bulk import ElasticBlock

@@ -101,9 +101,7 @@ def check_known(prefix: str, table: Mapping[str, Any], names: Iterable[str]) -> 
         old = f"{prefix.split('.')[0]}.{key}"
         if old in _RENAMED:
             raise SceneError(f"{prefix}{key}: this key is gone; expected {_RENAMED[old]}", f"{prefix}{key}")
-        raise SceneError(
-            f"{prefix}{key}: unknown key{hint(key, names)}; expected one of {', '.join(names)}", f"{prefix}{key}"
-        )
+        raise SceneError(f"{prefix}{key}: unknown key{hint(key, names)}; expected one of {', '.join(names)}", f"{prefix}{key}")
 
 
 def hint(word: str, names: Iterable[str]) -> str:

@@ -87,7 +87,9 @@ class Scene:
         """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
         if not self.specimen.is_sized:
             if "mesh" in self.data:
-                raise SceneError(f"mesh: a specimen of kind '{self.kind}' brings its own mesh; expected no [mesh] table", "mesh")
+                raise SceneError(
+                    f"mesh: a specimen of kind '{self.kind}' brings its own mesh; expected no [mesh] table", "mesh"
+                )
             return None
         table = table_of(self.data, "mesh")
         if "crack_size" not in table:
@@ -102,7 +104,9 @@ class Scene:
             return None
         reference = build_table(ReferenceOptions, table_of(self.data, "reference"), "reference")
         if not self.file(reference.file).is_file():
-            raise SceneError(f"reference.file = {reference.file!r}: there is no file {self.file(reference.file)}", "reference.file")
+            raise SceneError(
+                f"reference.file = {reference.file!r}: there is no file {self.file(reference.file)}", "reference.file"
+            )
         return reference
 
     def _check_model(self) -> None:
@@ -125,7 +129,8 @@ class Scene:
                 raise SceneError(str(error), error.key) from None
         if model.half and model.kind == "smeared":
             raise SceneError(
-                "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'", "model.half"
+                "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'",
+                "model.half",
             )
         if model.half and self.specimen.symmetry() is None:
             raise SceneError(
@@ -214,7 +219,7 @@ class Scene:
     def crack_length(self) -> float:
         """Length of the crack path of a sized specimen, mm; that of a crack without one is the root of its area."""
         try:
-            length = self.specimen.crack_length
+            length = self.specimen.path_length
         except MeshError as error:
             raise SceneError(f"specimen.{error}", f"specimen.{error.key}") from None
         assert length is not None
@@ -246,7 +251,8 @@ def built_in() -> list[str]:
 
 def dump_toml(data: Mapping[str, Any]) -> str:
     """A scene's dict as TOML text; what is None is left out."""
-    return tomli_w.dumps(_without_none(data))
+    text: str = tomli_w.dumps(_without_none(data))
+    return text
 
 
 def _without_none(value: Any) -> Any:

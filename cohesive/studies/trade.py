@@ -17,9 +17,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from meshing.solids import Extruded
 
 from meshing import MeshError
-from meshing.solids import Extruded
 
 from ..errors import NotConverged, SceneError
 from ..results.files import make_folder, write_file, write_text

@@ -15,8 +15,9 @@ from ..band import mesh_band
 from ..errors import MeshError
 from ..extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
 from ..keys import check_keys
-from ..paths import Line, Point, path_length
 from ..outline import Outline
+from ..paths import Line, Point
+from ..paths import path_length as length_of_path
 from ..polygon import mesh_body, mesh_polygon
 from ..sizes import MeshSizes
 
@@ -139,7 +140,7 @@ class Specimen(ABC):
         return None
 
     @property
-    def crack_length(self) -> float | None:
+    def path_length(self) -> float | None:
         """Length of the crack, mm; None if only the mesh tells."""
         return None if self.crack_area is None else self.crack_length_of(self.crack_area)
 
@@ -185,14 +186,14 @@ class PlaneSpecimen(Specimen):
         """The crack path."""
 
     @property
-    def crack_length(self) -> float:
+    def path_length(self) -> float:
         """Length of the crack path, mm."""
-        return path_length("crack", self.paths)
+        return length_of_path("crack", self.paths)
 
     @property
     def crack_area(self) -> float:
         """Area of the crack, mm^2."""
-        return self.crack_length * self.thickness
+        return self.path_length * self.thickness
 
     @property
     def tips(self) -> list[Point]:
@@ -214,9 +215,7 @@ class PlaneSpecimen(Specimen):
         outline = self.outline(half)
         if dimension == 3:
             return mesh_prism(outline, sizes, self.thickness)
-        return mesh_polygon(
-            outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half
-        )
+        return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""

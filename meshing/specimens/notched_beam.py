@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..keys import key
-from ..paths import Line, Point
 from ..outline import Outline
+from ..paths import Line, Point
 from .base import Direction, Drive, Gauge, PlaneSpecimen, Support, expect, without_repeats
 from .registry import register_specimen
 
@@ -29,7 +29,12 @@ class NotchedBeam(PlaneSpecimen):
     notch: float = key("depth of the notch", unit="mm", at_least=0)
     notch_position: float = key("place of the notch, from mid-span", 0.0, unit="mm")
     notch_width: float = key("width of the notch; 0: a slit without width", 0.0, unit="mm", at_least=0)
-    gauge: float = key("distance between the two points on the lower face that measure the opening; 0: mean jump over the crack", 0.0, unit="mm", at_least=0)
+    gauge: float = key(
+        "distance between the two points on the lower face that measure the opening; 0: mean jump over the crack",
+        0.0,
+        unit="mm",
+        at_least=0,
+    )
     crack: Any = key("polyline (or list of polylines) of the crack; default: from the notch tip straight up", None)
 
     def __post_init__(self) -> None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..keys import key
-from ..paths import Line, Point
 from ..outline import Outline
+from ..paths import Line, Point
 from .base import Direction, Drive, Gauge, PlaneSpecimen, Support, expect, without_repeats
 from .registry import register_specimen
 
@@ -28,8 +28,19 @@ class NotchedTension(PlaneSpecimen):
     notch: float = key("depth of each notch", unit="mm", at_least=0)
     notches: str = key("from both edges, or from the left one", "double", one_of=("double", "single"))
     notch_width: float = key("width of the notches; 0: slits without width", 0.0, unit="mm", at_least=0)
-    gauge: float = key("length over which the opening is measured, mean of both edges; 0: mean jump over the crack", 0.0, unit="mm", at_least=0)
-    platens: str = key("'fixed' (they do not turn) or 'hinged' (each turns about the centre of its face). Between hinged platens the even opening of a symmetric plate is an unstable equilibrium, from which only a path that is not symmetric departs", "fixed", one_of=("fixed", "hinged"))
+    gauge: float = key(
+        "length over which the opening is measured, mean of both edges; 0: mean jump over the crack",
+        0.0,
+        unit="mm",
+        at_least=0,
+    )
+    platens: str = key(
+        "'fixed' (they do not turn) or 'hinged' (each turns about the centre of its face). Between hinged platens "
+        "the even opening of a symmetric plate is an unstable equilibrium, from which only a path that is not "
+        "symmetric departs",
+        "fixed",
+        one_of=("fixed", "hinged"),
+    )
     crack: Any = key("polyline (or list of polylines) of the crack; default: straight through the ligament", None)
 
     def __post_init__(self) -> None:

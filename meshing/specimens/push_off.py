@@ -19,7 +19,12 @@ class PushOff(SandwichPanel):
     Jefferson and Mihai (2015), Example 4, in the plane: `width` is the length of the shear plane.
     """
 
-    restraint: float = key("stiffness of the bars across the plane, N/mm; they act from the first stage with hold = false on", 0.0, unit="N/mm", at_least=0)
+    restraint: float = key(
+        "stiffness of the bars across the plane, N/mm; they act from the first stage with hold = false on",
+        0.0,
+        unit="N/mm",
+        at_least=0,
+    )
 
     def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
         """The upper platen, with the bars as springs across the plane."""

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..keys import key
-from ..paths import Line, Point
 from ..outline import Outline
+from ..paths import Line, Point
 from .base import Drive, PlaneSpecimen, Support
 from .registry import register_specimen
 

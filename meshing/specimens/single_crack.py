@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..keys import key
-from ..paths import Line, Point
 from ..outline import Outline
+from ..paths import Line, Point
 from .base import Direction, Drive, Gauge, PlaneSpecimen, Support, expect
 from .registry import register_specimen
 
@@ -28,10 +28,23 @@ class SingleCrack(PlaneSpecimen):
     thickness: float = key("thickness of the block", unit="mm", above=0)
     angle: float = key("angle between the crack and the base", 0.0, unit="degrees", above=-90, at_most=90)
     crack_length: float | None = key("None: through the whole block; else a crack with both tips inside", None, unit="mm")
-    drive_angle: float = key("between the motion of the top face and its outer normal: 0 pulls, 90 shears, 180 pushes", 0.0, unit="degrees")
-    faces: str = key("'free' (base and top move freely across the drive, but for one corner of the base) or 'clamped'", "free", one_of=("free", "clamped"))
+    drive_angle: float = key(
+        "between the motion of the top face and its outer normal: 0 pulls, 90 shears, 180 pushes",
+        0.0,
+        unit="degrees",
+    )
+    faces: str = key(
+        "'free' (base and top move freely across the drive, but for one corner of the base) or 'clamped'",
+        "free",
+        one_of=("free", "clamped"),
+    )
     rotation: float = key("turns the block, its supports and its drive", 0.0, unit="degrees")
-    gauge: float = key("length over which the opening is measured across the crack's centre; 0: mean jump over the crack", 0.0, unit="mm", at_least=0)
+    gauge: float = key(
+        "length over which the opening is measured across the crack's centre; 0: mean jump over the crack",
+        0.0,
+        unit="mm",
+        at_least=0,
+    )
     crack: Any = key("polyline (or list of polylines) in the block's axes, instead of angle and crack_length", None)
 
     dimensions: ClassVar[tuple[int, ...]] = (2,)

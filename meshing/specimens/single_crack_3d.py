@@ -32,15 +32,50 @@ class SingleCrack3D(Specimen):
     width: float = key("width of the block", unit="mm", above=0)
     height: float = key("height of the block", unit="mm", above=0)
     thickness: float = key("thickness of the block", unit="mm", above=0)
-    angle: float = key("between the crack's trace in the x-y plane and the base, above -90 and at most 90", 0.0, unit="degrees", above=-90, at_most=90)
-    tilt: float = key("turns the crack about that trace, above -90 and at most 90; 0: at a right angle to the x-y plane", 0.0, unit="degrees", above=-90, at_most=90)
+    angle: float = key(
+        "between the crack's trace in the x-y plane and the base, above -90 and at most 90",
+        0.0,
+        unit="degrees",
+        above=-90,
+        at_most=90,
+    )
+    tilt: float = key(
+        "turns the crack about that trace, above -90 and at most 90; 0: at a right angle to the x-y plane",
+        0.0,
+        unit="degrees",
+        above=-90,
+        at_most=90,
+    )
     crack_radius: float | None = key("of a disc inside the block (a penny-shaped crack)", None, unit="mm")
-    crack_length: float | None = key("length of a rectangular crack along the trace; without it and crack_radius: through the block", None, unit="mm")
+    crack_length: float | None = key(
+        "length of a rectangular crack along the trace; without it and crack_radius: through the block",
+        None,
+        unit="mm",
+    )
     crack_width: float | None = key("width of a rectangular crack across the trace", None, unit="mm")
-    notch_radius: float = key("of a disc in the crack's middle that is open from the beginning, a penny-shaped notch; its front lies inside the crack. 0: none", 0.0, unit="mm", at_least=0)
-    drive_angle: float = key("between the motion of the top face and its outer normal, in the x-y plane: 0 pulls, 90 shears, 180 pushes", 0.0, unit="degrees")
-    faces: str = key("'free' (base and top move freely across the drive, but for one corner of the base) or 'clamped'", "free", one_of=("free", "clamped"))
-    gauge: float = key("length over which the opening is measured across the crack's centre; 0: mean jump over the crack", 0.0, unit="mm", at_least=0)
+    notch_radius: float = key(
+        "of a disc in the crack's middle that is open from the beginning, a penny-shaped notch; its front lies "
+        "inside the crack. 0: none",
+        0.0,
+        unit="mm",
+        at_least=0,
+    )
+    drive_angle: float = key(
+        "between the motion of the top face and its outer normal, in the x-y plane: 0 pulls, 90 shears, 180 pushes",
+        0.0,
+        unit="degrees",
+    )
+    faces: str = key(
+        "'free' (base and top move freely across the drive, but for one corner of the base) or 'clamped'",
+        "free",
+        one_of=("free", "clamped"),
+    )
+    gauge: float = key(
+        "length over which the opening is measured across the crack's centre; 0: mean jump over the crack",
+        0.0,
+        unit="mm",
+        at_least=0,
+    )
 
     dimensions: ClassVar[tuple[int, ...]] = (3,)
     shapes: ClassVar[tuple[str, ...]] = ("triangle",)

@@ -60,9 +60,7 @@ class UserMesh(Specimen):
         if not isinstance(self.crack, str):
             object.__setattr__(self, "crack", polylines(self.crack))
         if not isinstance(self.supports, list) or not self.supports:
-            raise MeshError(
-                f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports"
-            )
+            raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
         object.__setattr__(self, "supports", [_motion("supports", entry) for entry in self.supports])
         object.__setattr__(self, "drive", _motion("drive", self.drive))
         if (self.gauge_minus is None) != (self.gauge_plus is None):
@@ -86,9 +84,7 @@ class UserMesh(Specimen):
         """The file with its crack inserted, see `meshing.files.read_mesh`."""
         return self._checked(read_mesh(self.file, self.crack))
 
-    def mesh_band(
-        self, sizes: MeshSizes | None = None, width: float | None = None, *, dimension: int = 2
-    ) -> meshio.Mesh:
+    def mesh_band(self, sizes: MeshSizes | None = None, width: float | None = None, *, dimension: int = 2) -> meshio.Mesh:
         """The file with its band, see `meshing.band_files.read_band_mesh`."""
         if self.band is None:
             raise MeshError(
