@@ -196,7 +196,8 @@ def _compare(options: argparse.Namespace) -> int:
 
 def _trade(options: argparse.Namespace) -> int:
     from ..studies.pool import dask_executor
-    from ..studies.trade import Trial, trade
+    from ..studies.trade import trade
+    from ..studies.trials import Trial
 
     scene = Scene.load(options.scene).with_(**_assignments(options.set))
     knobs = [knob.strip() for knob in options.knobs.split(",")] if options.knobs else None
