@@ -176,17 +176,19 @@ class SolverOptions:
     """
 
     tol: float = 1e-4
-    reduction: str = "auto"
-    tangent: str = "consistent"
-    largest_step: float = 1.0
+    condensation: str = "auto"
+    step_growth: float = 1.0
 
     def __post_init__(self) -> None:
         if not 1e-13 <= self.tol <= 1e-1:
             raise ValueError(f"tol = {self.tol!r}: expected a number between 1e-13 and 0.1")
-        _one_of(self, "reduction", "auto", "condensed", "none", "petsc")
-        _one_of(self, "tangent", "consistent", "secant")
-        if not self.largest_step >= 1:
-            raise ValueError(f"largest_step = {self.largest_step!r}: expected a number of at least 1")
+        _one_of(self, "condensation", "auto", "always", "never", "petsc")
+        if not self.step_growth >= 1:
+            raise ValueError(f"step_growth = {self.step_growth!r}: expected a number of at least 1")
+
+    reduction = property(lambda self: {"always": "condensed", "never": "none"}.get(self.condensation, self.condensation))
+    largest_step = property(lambda self: self.step_growth)
+    tangent = "consistent"
 
 
 @dataclass(frozen=True)
