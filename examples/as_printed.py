@@ -35,6 +35,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from cohesive import Concrete, CrackPlane, NotConverged, Result, Scene, run
 from cohesive.results.figures import new_figure, save
@@ -92,7 +93,7 @@ def mode_one(law: CrackPlane) -> dict[str, float]:
     return {
         "peak": float(t.max()),
         "least": float(t.min()),
-        "area": float(np.trapezoid(t, u)) / full,
+        "area": float(trapezoid(t, u)) / full,
         "-3 MPa at": float(np.interp(3.0, -stress, back)),
     }
 

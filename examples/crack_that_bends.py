@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
 from cohesive.results.figures import new_figure, save
@@ -73,7 +74,7 @@ def measured(result: Result, line: Array) -> Crack:
     load, gauge = (np.r_[0.0, h[name]] for name in ("load", "opening"))
     order = np.lexsort((position, middle))  # up the crack, cell by cell
     return Crack(
-        result.peak_load, result.opening_at_peak, float(np.trapezoid(load, gauge)), float(h["contact_work"][-1]),
+        result.peak_load, result.opening_at_peak, float(trapezoid(load, gauge)), float(h["contact_work"][-1]),
         position[order], opening[order], sliding[order], kinematic[order], result.energy_error,
     )  # fmt: skip
 

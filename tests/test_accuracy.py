@@ -14,7 +14,8 @@ from cohesive.scenes.scene import dump_toml
 from cohesive.studies.accuracy import parse, settings_for, stored
 from cohesive.studies.curves import curve_of
 from cohesive.studies.parameters import changes
-from cohesive.studies.trade import Cost, Trade, Trial, errors
+from cohesive.studies.trade import Trade
+from cohesive.studies.trials import Cost, Trial, errors
 from tests.conftest import OF_A_FILE
 
 BEAM = Scene.load("notched-beam")

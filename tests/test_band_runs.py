@@ -46,7 +46,7 @@ def test_a_bar_dissipates_the_same_on_any_mesh(width: float, along: int, shape: 
     # the law of the band's width in series with the rest of the bar, whose lateral motion is free
     law, h = result.problem.point_law.plane.with_width(width), result.history
     Z = np.zeros(1)
-    for state, load, driven in zip(result._states, h["load"], h["driven"], strict=True):
+    for state, load, driven in zip(result.states, h["load"], h["driven"], strict=True):
         cracks = state.cracks.planes
         if not len(cracks.point):
             assert driven == pytest.approx(load / AREA * 40.0 / scene.material.E, rel=1e-9)
@@ -158,7 +158,7 @@ def test_the_beam_agrees_with_the_discrete_crack(beam: Scene, changes: dict[str,
 def test_everywhere_cracks_near_the_path(beam: Scene, shape: str, order: int) -> None:
     scene = beam.with_(**{"band.where": "everywhere", "mesh.shape": shape, "mesh.order": order, "mesh.crack_size": 4.0})
     result = run(scene.with_(**{"stage.0.steps": 12, "stage.0.to": 0.05}), model="smeared")
-    state, part = result._states[-1], result.model.cracks
+    state, part = result.states[-1], result.model.cracks
     cracks = state.cracks.planes
     wide = cracks.length * (cracks.strain[:, 0] - cracks.traction[:, 0] / scene.material.E) > 0.005
     assert wide.sum() >= 4

@@ -133,7 +133,7 @@ def pulled(steps: int, tol: float = 1e-4) -> Scene:
 
 def test_notched_plate_dissipates_the_fracture_energy() -> None:
     result = run(pulled(40))
-    state = result._states[-1]
+    state = result.states[-1]
     assert state.cracks.deformation[:, 0].min() > 1.4 * result.scene.material.Zm
     assert abs(state.cracks.stress).max() < 1e-3 * result.scene.material.ft
     assert result.dissipated_energy == pytest.approx(result.full_energy, rel=0.01)

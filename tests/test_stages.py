@@ -155,7 +155,7 @@ def plate(**changes: Any) -> Scene:
 @pytest.mark.parametrize("model", ["discrete", "smeared"])
 def test_the_ratio_is_that_of_the_platens_motion(model: str) -> None:
     result = run(plate(**{"stage.1.to": 0.2, "stage.1.step": 0.02}), model)
-    drives = np.array([state.v[result.problem.drives] for state in result._states])
+    drives = np.array([state.v[result.problem.drives] for state in result.states])
     first = np.flatnonzero(result.history["opening"] <= 0.025 * (1 + 1e-9))[-1]
     moved = np.diff(drives[first:], axis=0)
     np.testing.assert_allclose(moved[:, 0] / moved[:, 1], np.tan(np.radians(40.0)), rtol=1e-6)
@@ -173,7 +173,7 @@ def test_a_platen_free_across_feels_its_spring_only(model: str) -> None:
     h = result.history
     sheared = h["driven"][1:] < h["driven"][:-1]
     first = int(np.flatnonzero(sheared)[0]) + 1
-    normal = np.array([state.v[result.problem.drives[0]] for state in result._states[first - 1 :]])
+    normal = np.array([state.v[result.problem.drives[0]] for state in result.states[first - 1 :]])
     area = 300.0 * 120.0
     # the bars take over the force at the end of the first stage, and carry the mean normal traction of the plane
     tolerance = 1e-6 if model == "discrete" else 0.01
@@ -241,7 +241,7 @@ def test_the_load_is_that_along_the_drive_when_the_direction_changes() -> None:
     scene = Scene.load("sandwich-panel").with_(**{"mesh.crack_size": 100.0, "mesh.far_size": 100.0, "output.frames": 0})
     problem = build(scene).problem
     result = run(scene.with_(**{"stage.1.steps": 5, "stage.0.steps": 20}))
-    before = result._states[19]
+    before = result.states[19]
     same = problem.driven(0.0).at_rest(before)
     assert same.load == pytest.approx(before.load, rel=1e-6)
     across = problem.driven(90.0).at_rest(before)

@@ -58,6 +58,27 @@ class Bulk:
 
 
 @dataclass(frozen=True)
+class Recovery:
+    """Displacements of all nodes from the unknowns of Newton's method.
+
+    Attributes
+    ----------
+    transform : (d m, N) matrix, displacements from all unknowns
+    shape : (m, d)
+    condensed : Condensed, which finds the condensed unknowns from the others; None if none are condensed
+    """
+
+    transform: sp.csr_array
+    shape: tuple[int, ...]
+    condensed: Condensed | None = None
+
+    def __call__(self, v: Array) -> Array:
+        """(m, d) displacements, mm."""
+        every = v if self.condensed is None else self.condensed.recover(v)
+        return np.asarray(self.transform @ every).reshape(self.shape)
+
+
+@dataclass(frozen=True)
 class Condensation:
     """
     Attributes
@@ -159,11 +180,7 @@ class Part:
 
     def condensed(self, why: str) -> Condensation:
         condensed = Condensed.eliminate(self.K, self.fronts, self.basis, self.active)
-        transform, shape = self.transform, self.shape  # not the rest, which is not needed any more
-
-        def recover(v: Array) -> Array:
-            return np.asarray(transform @ condensed.recover(v)).reshape(shape)
-
+        recover = Recovery(self.transform, self.shape, condensed)  # not the rest, which is not needed any more
         return Condensation("condensed", DenseStiffness(condensed.stiffness), self.numbers, recover, why)
 
 
@@ -202,11 +219,7 @@ class Whole:
     def condensed(self, why: str) -> Condensation:
         operations, numbers = self.fronts.cost()
         stiffness = SparseStiffness(self.K, self.order, int(operations / numbers / _OPERATIONS_PER_NUMBER))
-
-        def recover(v: Array) -> Array:
-            return np.asarray(self.transform @ v).reshape(self.shape)
-
-        return Condensation("none", stiffness, np.arange(len(self.order)), recover, why)
+        return Condensation("none", stiffness, np.arange(len(self.order)), Recovery(self.transform, self.shape), why)
 
 
 def _grouped(group: Index) -> tuple[Index, Index]:

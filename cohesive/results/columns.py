@@ -1,4 +1,4 @@
-"""results/columns"""
+"""The names of the history's columns, in the order of history.csv."""
 
 from __future__ import annotations
 

@@ -23,12 +23,12 @@ Changes = dict[str, Any]
 
 _FACTORS = ("crack size", "far size", "layers", "width", "steps", "finer")
 
-#: what changes the physics, and is no way to solve the same problem cheaper
+#: knobs that change the physics: they do not solve the same problem cheaper
 PHYSICS = ("smoothing c_zn", "model")
 
 KNOBS = (
-    "crack size", "far size", "layers", "order", "shape", "width", "quadrature", "steps", "largest step", "tolerance",
-    "tangent", "reduction", "half", *PHYSICS,
+    "crack size", "far size", "layers", "order", "shape", "width", "quadrature", "steps", "step growth", "tolerance",
+    "condensation", "half", *PHYSICS,
 )  # fmt: skip
 
 
@@ -61,10 +61,9 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
         "width": (4.0, 2.0, 0.5, 0.25) if _has_width(scene) else (),
         "quadrature": ("gauss" if scene.interface.quadrature == "nodal" else "nodal",) if discrete else (),
         "steps": (0.125, 0.25, 0.5, 2.0),
-        "largest step": tuple(most for most in (2.0, 4.0) if most != scene.solver.largest_step),
+        "step growth": tuple(most for most in (2.0, 4.0) if most != scene.solver.step_growth),
         "tolerance": (1e-2, 1e-3, 1e-6),
-        "tangent": ("secant",) if scene.solver.tangent == "consistent" else ("consistent",),
-        "reduction": ("none",) if scene.solver.reduction != "none" else (),
+        "condensation": ("never",) if scene.solver.condensation != "never" else (),
         "half": (True,) if _can_be_halved(scene) and not scene.model.half else (),
         "smoothing c_zn": tuple(c for c in (5.0, 9.0, 50.0) if c != scene.material.c_zn),
         "model": ("smeared" if discrete else "discrete",),
@@ -74,11 +73,11 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
 
 
 def _is_turned(scene: Scene, settings: Settings) -> bool:
-    """Whether settings change a scene, as a far size below the crack size does not, to one that there is."""
+    """Whether settings change a scene, and to one that can be built; a far size below the crack size changes nothing."""
     keys = changes(scene, settings)
     try:
         scene.with_(**keys)
-    except SceneError:  # it has no crack band
+    except SceneError:  # as of a specimen without a crack band
         return False
     return bool(keys)
 
@@ -112,40 +111,53 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
         "mesh.order": 1 if is_linear else settings.get("order", sizes.order),
         "mesh.shape": shape,
         "solver.tol": settings.get("tolerance", min(like.solver.tol, 1e-7) if finer > 1.0 else like.solver.tol),
-        "solver.tangent": settings.get("tangent", like.solver.tangent),
-        "solver.largest_step": settings.get("largest step", like.solver.largest_step),
-        "solver.reduction": settings.get("reduction", like.solver.reduction),
+        "solver.step_growth": settings.get("step growth", like.solver.step_growth),
+        "solver.condensation": settings.get("condensation", like.solver.condensation),
         "material.c_zn": settings.get("smoothing c_zn", scene.material.c_zn),
         "model.kind": model,
         "model.half": model == "discrete"
         and (settings.get("half", like.model.half or scene.model.half) and _can_be_halved(scene)),
     }
-    has_layers = isinstance(scene.specimen, Extruded) and isinstance(like.specimen, Extruded)
-    if has_layers and (sizes.layers is not None or "layers" in settings):  # else they follow the far size
-        thickness, like_thickness = (each.crack_area / each.crack_length for each in (scene, like))
-        count = sizes.layers_through(like_thickness) * thickness / like_thickness / scale
-        count *= settings.get("layers", 1.0) * finer
-        found["mesh.layers"] = max(1, round(count))
+    found |= _layers(scene, like, settings)
     if scene.model.kind == "discrete":
         found["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
-    if _has_width(scene) and scene.model.kind == "smeared":  # square elements, unless the width is turned on its own
-        factor = settings.get("width", settings.get("crack size", 1.0)) / finer
-        width = like.band_width * scale * factor
-        if scene.band.width is not None or width != crack:
-            found["band.width"] = width
-    elif _has_width(scene):
-        rule, rule_there = (default_width(each.crack_length, each.material) for each in (scene, like))
-        there = like.interface.width
-        factor = settings.get("width", 1.0) / finer * (there / rule_there if isinstance(there, float) else 1.0)
-        if scene.interface.width is not None or factor != 1.0:
-            found["interface.width"] = rule * factor
+    found |= _width(scene, like, settings, crack)
     found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
     return {key: value for key, value in found.items() if value != _current(scene, key)}
 
 
+def _layers(scene: Scene, like: Scene, settings: Settings) -> Changes:
+    """Layers through the thickness, which keep their shape; without a number they follow the far size."""
+    sizes = like.sizes
+    assert sizes is not None
+    has_layers = isinstance(scene.specimen, Extruded) and isinstance(like.specimen, Extruded)
+    if not has_layers or (sizes.layers is None and "layers" not in settings):
+        return {}
+    thickness, like_thickness = (each.crack_area / each.crack_length for each in (scene, like))
+    count = sizes.layers_through(like_thickness) * thickness / like_thickness / min(_ratios(scene, like))
+    count *= settings.get("layers", 1.0) * settings.get("finer", 1.0)
+    return {"mesh.layers": max(1, round(count))}
+
+
+def _width(scene: Scene, like: Scene, settings: Settings, crack: float) -> Changes:
+    """Width of the interface, after its own rule, or of the band: of square elements unless it is turned on its own.
+    `crack` is the crack size, mm."""
+    finer = settings.get("finer", 1.0)
+    if not _has_width(scene):
+        return {}
+    if scene.model.kind == "smeared":
+        factor = settings.get("width", settings.get("crack size", 1.0)) / finer
+        width = like.band_width * min(_ratios(scene, like)) * factor
+        return {"band.width": width} if scene.band.width is not None or width != crack else {}
+    rule, rule_there = (default_width(each.crack_length, each.material) for each in (scene, like))
+    there = like.interface.width
+    factor = settings.get("width", 1.0) / finer * (there / rule_there if isinstance(there, float) else 1.0)
+    return {"interface.width": rule * factor} if scene.interface.width is not None or factor != 1.0 else {}
+
+
 def distance(scene: Scene, like: Scene) -> float:
-    """How far two scenes are apart in size: of the ratios of crack lengths and characteristic lengths, the larger one's
-    logarithm."""
+    """How far two scenes are apart in size: the logarithm of the ratio of their crack lengths or of their characteristic
+    lengths, whichever is larger."""
     return max(abs(math.log(ratio)) for ratio in _ratios(scene, like))
 
 
@@ -176,7 +188,7 @@ def _current(scene: Scene, key: str) -> Any:
 
 
 def _ways(stages: list[Stage]) -> list[float]:
-    """The longest way to a target of each stage."""
+    """The longest way to a target of each stage, mm, N or N mm."""
     ways, last, control = [], 0.0, ""
     for stage in stages:
         start = last if stage.control == control else 0.0
@@ -189,7 +201,7 @@ def _ways(stages: list[Stage]) -> list[float]:
 
 
 def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
-    """Steps of every stage, after the stage of the same number (or the last one) of the other scene."""
+    """Steps of every stage, taken from the stage of the same number (or the last one) of the other scene."""
     opening, opening_there = (m.Gf / m.ft for m in (scene.material, like.material))
     found: Changes = {}
     for i, (stage, way) in enumerate(zip(scene.stages, _ways(scene.stages), strict=True)):
@@ -208,12 +220,12 @@ def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
 
 def problem(scene: Scene) -> dict[str, Any]:
     """What a scene asks, apart from how it is solved: scenes with the same problem may share a trade."""
-    band = {} if scene.model.kind == "discrete" else {"width": None, "tol": None}
-    interface = scene.interface.width == "h" if scene.model.kind == "discrete" else None
+    is_discrete = scene.model.kind == "discrete"
+    as_printed = scene.interface.width == "h" if is_discrete else None
     return {
         "specimen": (scene.kind, asdict(scene.specimen)),
         "material": asdict(scene.material),
-        "model": (scene.model.kind, scene.model.plane, interface),
-        "band": asdict(scene.band) | band if band else None,
+        "model": (scene.model.kind, scene.model.plane, scene.is_solid, as_printed),
+        "band": None if is_discrete else asdict(scene.band) | {"width": None},
         "stage": [asdict(stage) | {"steps": None, "step": None} for stage in scene.stages],
     }

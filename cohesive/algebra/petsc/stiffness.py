@@ -29,7 +29,7 @@ import scipy.sparse as sp
 from ...arrays import Array, Index
 from ...errors import NotConverged, SceneError
 from ..bordered import Entries, Free
-from ..choice import Bulk, Condensation
+from ..choice import Bulk, Condensation, Recovery
 from .layout import Layout
 from .ranks import rank_and_size
 
@@ -105,11 +105,7 @@ def unreduced(bulk: Bulk) -> Condensation:
     """All unknowns, with the stiffness that PETSc factors."""
     transform, shape = bulk.unknowns.transform, bulk.points.shape
     stiffness = PetscStiffness((transform.T @ bulk.stiffness @ transform).tocsc())
-
-    def recover(v: Array) -> Array:
-        return np.asarray(transform @ v).reshape(shape)
-
-    return Condensation("petsc", stiffness, np.arange(transform.shape[1]), recover, "")
+    return Condensation("petsc", stiffness, np.arange(transform.shape[1]), Recovery(transform, shape), "")
 
 
 class _Share:

@@ -1,0 +1,30 @@
+"""The data of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohesive import Scene, run
+
+from ..conftest import block
+
+
+@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("quadrature", ["nodal", "gauss"])
+def test_the_opening_profile_is_in_the_order_of_the_path(beam: Scene, model: str, quadrature: str) -> None:
+    """The notch ends at 25 mm and the path goes up from there; the crack opens most at its mouth."""
+    changes = {"mesh.order": 2, "interface.quadrature": quadrature, "model.kind": model, "stage.0.to": 0.05}
+    result = run(beam.with_(**changes))
+    for row in (0, -1):
+        where, opening = result.opening_profile(row)
+        assert (np.diff(where[:, 1]) >= 0).all() and len(opening) == len(where)
+        np.testing.assert_allclose(result.profile_distance(), where[:, 1] - 25.0, atol=1e-9)
+    assert (np.diff(opening) <= 1e-4).all()
+
+
+def test_the_profile_follows_a_path_that_goes_down() -> None:
+    result = run(block(specimen__crack=[[40.0, 22.0], [0.0, 18.0]], stage__0__steps=2))
+    where, _ = result.opening_profile(-1)
+    assert (np.diff(where[:, 0]) <= 0).all()
+    np.testing.assert_allclose(np.ptp(result.profile_distance()), np.hypot(40.0, 4.0), rtol=0.3)
