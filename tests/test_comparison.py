@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cohesive.commands.cli import main
 from scipy.integrate import trapezoid
 
 from cohesive import Comparison, Scene, compare, run
-from cohesive.commands.cli import main
 from cohesive.elements.bulk import ELEMENTS
 from cohesive.model.build import build
 from cohesive.results.frames import along_paths

@@ -43,8 +43,8 @@ class CrackPart(ABC):
 
     @abstractmethod
     def mean_traction(self, state: State) -> Array:
-        """Mean [normal, shear] traction on the crack, MPa; without a path, on all crack planes. In 3D the shear along the first
-        tangent of `elements.rotations.rotations`."""
+        """Mean [normal, shear] traction on the crack, MPa; without a path, on all crack planes. In 3D the shear along the
+        first tangent of `elements.rotations.rotations`."""
 
     @abstractmethod
     def point_values(self, state: State) -> dict[str, Array]:

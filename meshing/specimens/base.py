@@ -110,7 +110,7 @@ class Specimen(ABC):
     def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
         """Mesh for cracks that may form anywhere, fine near the path."""
 
-    def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:
+    def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:  # noqa: B027  # all sizes give one
         """A MeshError that names the key, if these sizes give no crack band."""
 
     @abstractmethod
