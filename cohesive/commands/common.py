@@ -67,7 +67,8 @@ def gather_ranks(options: argparse.Namespace) -> None:
         return
     if not getattr(options, "can_share", False) or load_scene(options).solver.condensation != "petsc":
         raise SceneError(
-            f"mpiexec started {count} processes: expected one, or the command run or compare with solver.condensation = 'petsc'"
+            f"mpiexec started {count} processes: expected one, or the command run or compare with "
+            "solver.condensation = 'petsc'"
         )
     from ..algebra.petsc.stiffness import start  # with MPI
 

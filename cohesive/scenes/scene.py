@@ -134,8 +134,8 @@ class Scene:
             )
         if model.half and self.specimen.symmetry() is None:
             raise SceneError(
-                f"model.half = true: this {self.kind} is not symmetric about its crack; expected a notched-beam with its notch "
-                "at mid-span, or a notched-tension, with the default crack path",
+                f"model.half = true: this {self.kind} is not symmetric about its crack; expected a notched-beam with its "
+                "notch at mid-span, or a notched-tension, with the default crack path",
                 "model.half",
             )
 

@@ -41,8 +41,8 @@ class BandOptions(Table):
 
     width: float | None = key("width of the band along the path; default: mesh.crack_size", None, unit="mm", above=0)
     where: str = key(
-        "'path': the crack path is a row of quadrilaterals, one element wide; 'everywhere': the crack may form in any element, "
-        "refined near the path",
+        "'path': the crack path is a row of quadrilaterals, one element wide; 'everywhere': the crack may form in any "
+        "element, refined near the path",
         "path",
         one_of=("path", "everywhere"),
     )
@@ -67,7 +67,8 @@ class ModelOptions(Table):
         at_most=3,
     )
     half: bool = key(
-        "model one half of a body that is symmetric about its crack, loads and energies being those of the whole; discrete only",
+        "model one half of a body that is symmetric about its crack, loads and energies being those of the whole; "
+        "discrete only",
         False,
     )
 
@@ -84,7 +85,8 @@ class SolverOptions(Table):
         one_of=("auto", "always", "never", "petsc"),
     )
     step_growth: float = key(
-        "multiple of the nominal step up to which a step grows while the iteration converges easily; a peak is met less closely",
+        "multiple of the nominal step up to which a step grows while the iteration converges easily; a peak is met "
+        "less closely",
         1.0,
         at_least=1,
     )

@@ -35,14 +35,14 @@ class Stage:
 
     control: str = _key(
         MISSING,
-        "'opening' or 'sliding' (of the gauge, mm), 'load' (N), 'driven' (mm), 'dissipation' (N mm in all), or a name that was "
-        "given to register_control",
+        "'opening' or 'sliding' (of the gauge, mm), 'load' (N), 'driven' (mm), 'dissipation' (N mm in all), or a name that "
+        "was given to register_control",
     )
     to: Any = _key(MISSING, "target, or a list of targets that are visited in turn", "mm, N or N mm")
     steps: int | None = _key(
         None,
-        f"number of equal steps to each target, {DEFAULT_STEPS} if neither it nor step is given; the first one after a reversal "
-        "is a quarter of the others",
+        f"number of equal steps to each target, {DEFAULT_STEPS} if neither it nor step is given; the first one after a "
+        "reversal is a quarter of the others",
     )
     step: float | None = _key(None, "size of the steps, instead of their number", "mm, N or N mm")
     until: Any = _key(

@@ -66,7 +66,7 @@ class PetscStiffness:
     def __init__(self, matrix: sp.csc_array) -> None:
         if rank_and_size()[1] > 1 and not _is_started():
             raise SceneError(
-                f"solver.reduction = 'petsc' on {rank_and_size()[1]} processes: expected a call of cohesive.petsc.start() at the "
+                f"solver.reduction = 'petsc' on {rank_and_size()[1]} processes: expected a call of cohesive.petsc.start() at "
                 "beginning of the script"
             )
         solver_type()
