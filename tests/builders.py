@@ -1,15 +1,40 @@
-"""Boxes of solid elements built by hand, whole or split along a plane."""
+"""What several tests are made of: scenes of blocks and beams, plane and solid meshes built by hand, whole or cracked."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from cohesive import Scene
+from cohesive.arrays import Array, Index
+
+
+def block(**changes: Any) -> Scene:
+    """A block of 40 x 40 x 10 mm with one crack, 8 steps; `changes` with __ for the dots of the keys."""
+    data: dict[str, Any] = {
+        "title": "block",
+        "specimen": {"kind": "single-crack", "width": 40.0, "height": 40.0, "thickness": 10.0},
+        "mesh": {"crack_size": 8.0, "far_size": 8.0},
+        "material": {"preset": "reinhardt"},
+        "interface": {"width": 0.3},
+        "solver": {"tol": 1e-11},
+        "stage": [{"control": "opening", "to": 0.05, "steps": 8}],
+    }
+    return Scene(data).with_(**{key.replace("__", "."): value for key, value in changes.items()})
+
+
+#: a scene on a mesh of the user's; the file is not there
+OF_A_FILE: dict[str, Any] = {
+    "specimen": {
+        "kind": "mesh", "file": "a.msh", "thickness": 1.0, "crack": "c",
+        "supports": [{"at": "b", "direction": [0, 1]}], "drive": {"at": "t", "direction": [0, 1]},
+    },
+    "material": {"preset": "reinhardt"},
+    "stage": [{"control": "driven", "to": 0.1}],
+}  # fmt: skip
 
 #: a cube, in the order of a hexahedron, as six tetrahedra around its diagonal 0-6
 _TETRAHEDRA = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]

@@ -21,7 +21,7 @@ from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree
 from cohesive.algebra.dissection import nested_dissection
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from cohesive.model.build import build
-from tests.solids import box
+from tests.builders import box
 
 COARSE = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 6, "output.frames": 0}
 

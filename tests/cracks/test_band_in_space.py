@@ -18,9 +18,9 @@ from cohesive.elements.bulk import elasticity
 from cohesive.elements.chords import longest_chord
 from cohesive.elements.rotations import PAIRS, stress_tensor, stress_transformation
 from cohesive.errors import PointFailure
-from tests.solids import rotation
-from tests.test_crackband import CONCRETE, FT, YIELD, Zm, advance, check, follow
-from tests.test_crackband import band as plane_band
+from tests.builders import rotation
+from tests.cracks.test_band import CONCRETE, FT, YIELD, Zm, advance, check, follow
+from tests.cracks.test_band import band as plane_band
 
 Array = NDArray[np.float64]
 

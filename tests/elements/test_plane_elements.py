@@ -11,7 +11,7 @@ from cohesive.elements.interface import Interface
 from cohesive.errors import ElementError
 from cohesive.model.build import build
 from cohesive.solver.newton import advance
-from tests.conftest import block
+from tests.builders import block
 
 Array = NDArray[np.float64]
 

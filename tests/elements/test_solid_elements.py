@@ -20,7 +20,7 @@ from cohesive.elements.interface import SIDES, Interface
 from cohesive.elements.rotations import rotations, stress_transformation
 from cohesive.errors import ElementError
 from cohesive.model.cracks import _centre_line
-from tests.solids import Solid, box, rotation
+from tests.builders import Solid, box, rotation
 
 Array = NDArray[np.float64]
 

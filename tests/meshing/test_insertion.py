@@ -15,8 +15,7 @@ from meshing import MeshError, insert_cracks
 from meshing.cracks import cut_slits, mirror_cracks
 from meshing.extrusion import with_mid_nodes
 from meshing.star import FACES
-
-from .test_meshing import pieces
+from tests.meshing.test_plane_meshes import pieces
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

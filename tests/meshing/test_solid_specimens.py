@@ -11,9 +11,8 @@ import pytest
 
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedBeam3D, PushOff, PushOff3D, SingleCrack3D
 from meshing.block import facing
-
-from .test_meshing import pieces
-from .test_solid_meshing import body_volume, check_crack, normals, sides, volumes
+from tests.meshing.test_insertion import body_volume, check_crack, normals, sides, volumes
+from tests.meshing.test_plane_meshes import pieces
 
 BEAMS: dict[str, dict[str, Any]] = {
     "slit": {"gauge": 20.0},

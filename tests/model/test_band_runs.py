@@ -13,8 +13,8 @@ import pytest
 from cohesive import NotConverged, Result, Scene, run
 from cohesive.solver.newton import MAX_ITERATIONS
 from meshing import MeshError
-from tests.conftest import block
-from tests.test_simulation import same
+from tests.builders import block
+from tests.model.test_runs import same
 
 #: the block of conftest: crack area in mm^2
 AREA = 400.0

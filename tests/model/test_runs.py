@@ -17,7 +17,7 @@ from cohesive.model.cracks import default_width
 from cohesive.results.report import warnings
 from cohesive.solver.newton import advance
 from meshing import MeshSizes, SingleCrack
-from tests.conftest import block
+from tests.builders import block
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,7 @@ from cohesive import CrackPlane, Result, Scene, run
 from cohesive.algebra.unknowns import Constraint
 from cohesive.elements.rotations import major_stress
 from cohesive.model import build
-from tests.conftest import block
-from tests.solids import Solid, box, rotation
+from tests.builders import Solid, block, box, rotation
 
 Array = NDArray[np.float64]
 Place = Callable[..., None]

@@ -16,7 +16,7 @@ from cohesive.results.report import warnings
 from cohesive.results.solid_figures import outer_faces
 from cohesive.studies.accuracy import settings_for
 from meshing import MeshError
-from tests.solids import Solid, box
+from tests.builders import Solid, box
 
 COARSE = {"mesh.shape": "quad", "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11}
 

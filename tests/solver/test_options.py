@@ -9,8 +9,7 @@ from cohesive import Scene, SceneError, run
 from cohesive.model.build import build
 from cohesive.solver.march import March
 from cohesive.solver.newton import MAX_ITERATIONS
-
-from .conftest import block
+from tests.builders import block
 
 SHORT = {"solver.tol": 1e-11, "stage.0.to": [0.036, 0.03], "stage.0.steps": 5}
 

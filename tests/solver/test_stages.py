@@ -10,7 +10,7 @@ import pytest
 from cohesive import Result, Scene, SceneError, run
 from cohesive.model.build import build
 from cohesive.solver.stages import Stage
-from tests.conftest import block
+from tests.builders import block
 
 
 def turns(result: Result) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -15,7 +15,7 @@ from cohesive.studies.accuracy import parse, settings_for, stored
 from cohesive.studies.curves import curve_of
 from cohesive.studies.parameters import changes
 from cohesive.studies.trade import Cost, Trade, Trial, errors
-from tests.conftest import OF_A_FILE
+from tests.builders import OF_A_FILE
 
 BEAM = Scene.load("notched-beam")
 BARE = Scene({key: value for key, value in BEAM.data.items() if key != "reference"})

@@ -14,7 +14,7 @@ from cohesive.elements.bulk import ELEMENTS
 from cohesive.model.build import build
 from cohesive.studies.compare import _along
 from examples import discrete_and_smeared, sandwich_panel
-from tests.conftest import block
+from tests.builders import block
 
 QUANTITIES = ["peak", "opening_at_peak", "energy", "curve_distance", "iterations", "seconds"]
 

@@ -10,8 +10,7 @@ import pytest
 
 from cohesive.commands.cli import main
 from cohesive.studies.trade import trade
-
-from .conftest import block
+from tests.builders import block
 
 SMALL = {"stage__0__to": 0.02, "solver__tol": 1e-6}
 

@@ -14,7 +14,7 @@ from cohesive import Scene, SceneError
 from cohesive.commands.cli import main
 from cohesive.studies.parameters import KNOBS, changes
 from cohesive.studies.trade import Cost, Trade, Trial, _combined, _finest, trade
-from tests.conftest import OF_A_FILE
+from tests.builders import OF_A_FILE
 
 CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
 
