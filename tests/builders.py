@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
+import meshio
 import numpy as np
 
 from cohesive import Scene
 from cohesive.arrays import Array, Index
+from meshing.extrusion import with_mid_nodes
 
 
 def block(**changes: Any) -> Scene:
@@ -40,9 +42,45 @@ OF_A_FILE: dict[str, Any] = {
 _TETRAHEDRA = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
 
 
+def grid(nx: int = 4, ny: int = 4, kind: str = "quad") -> meshio.Mesh:
+    """Unit squares (nx by ny) from the origin, as quadrilaterals, or as triangles of either order."""
+    step = 2 if kind in ("quad8", "triangle6") else 1
+    numbers: dict[tuple[int, int], int] = {}
+
+    def node(i: int, j: int) -> int:
+        return numbers.setdefault((i, j), len(numbers))
+
+    cells = []
+    for j in range(0, ny * step, step):
+        for i in range(0, nx * step, step):
+            c = [(i, j), (i + step, j), (i + step, j + step), (i, j + step)]
+            corners = [c] if kind.startswith("quad") else [[c[0], c[1], c[2]], [c[0], c[2], c[3]]]
+            for ring in corners:
+                cell = [node(*p) for p in ring]
+                if step == 2:
+                    cell += [
+                        node((a[0] + b[0]) // 2, (a[1] + b[1]) // 2) for a, b in zip(ring, ring[1:] + ring[:1], strict=True)
+                    ]
+                cells.append(cell)
+    points = np.array(list(numbers), dtype=float) / step
+    return meshio.Mesh(points, [(kind, np.array(cells))])
+
+
+def cubes(kind: str = "hexahedron", n: int = 4) -> meshio.Mesh:
+    """Unit cubes (n x n x n) from the origin, or the six tetrahedra around the diagonal of each."""
+    numbers = {p: i for i, p in enumerate(product(range(n + 1), repeat=3))}
+    ring = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = np.array([[numbers[tuple(np.add(o, r))] for r in ring] for o in product(range(n), repeat=3)])
+    points = np.array(list(numbers), dtype=float)
+    if kind == "hexahedron":
+        return meshio.Mesh(points, [(kind, cells)])
+    mesh = meshio.Mesh(points, [("tetra", cells[:, _TETRAHEDRA].reshape(-1, 4))])
+    return with_mid_nodes(mesh) if kind == "tetra10" else mesh
+
+
 @dataclass
-class Solid:
-    """Points (m, 3), cells of one kind, and where the solid is split: crack cells and the leader of each node."""
+class Patch:
+    """Points (m, d), cells of one kind, and where they are split: crack cells and the leader of each node."""
 
     points: Array
     kind: str
@@ -52,9 +90,18 @@ class Solid:
     crack: Index | None = None
 
 
+def rectangle(kind: str, counts: tuple[int, int] = (1, 1), size: tuple[float, float] = (1.0, 1.0)) -> Patch:
+    """A rectangle of counts squares in x, y, as "triangle", "triangle6", "quad" or "quad8" elements."""
+    mesh = grid(*counts, kind)
+    return Patch(mesh.points * np.divide(size, counts), kind, mesh.cells[0].data, np.arange(len(mesh.points)))
+
+
 def box(
-    kind: str, counts: tuple[int, int, int], size: tuple[float, float, float] = (1.0, 1.0, 1.0), split: float | None = None
-) -> Solid:
+    kind: str,
+    counts: tuple[int, int, int] = (1, 1, 1),
+    size: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    split: float | None = None,
+) -> Patch:
     """A box of counts cubes in x, y, z, as "hexahedron", "tetra" or "tetra10" elements; split at z = `split`."""
     axes = [np.linspace(0.0, length, n + 1) for length, n in zip(size, counts, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -65,7 +112,7 @@ def box(
         cells = cells[:, _TETRAHEDRA].reshape(-1, 4)
     if kind == "tetra10":
         points, cells = _with_mids(points, cells, [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
-    solid = Solid(points, kind, cells, np.arange(len(points)))
+    solid = Patch(points, kind, cells, np.arange(len(points)))
     return solid if split is None else _split(solid, split)
 
 
@@ -76,7 +123,7 @@ def _with_mids(points: Array, cells: Index, pairs: list[tuple[int, int]]) -> tup
     return np.concatenate([points, points[edges].mean(axis=1)]), np.column_stack([cells, mids])
 
 
-def _split(solid: Solid, z: float) -> Solid:
+def _split(solid: Patch, z: float) -> Patch:
     points, cells = solid.points, solid.cells.copy()
     on = np.flatnonzero(abs(points[:, 2] - z) < 1e-9)
     twin = np.arange(len(points))
@@ -104,7 +151,7 @@ def _split(solid: Solid, z: float) -> Solid:
         crack = np.column_stack([crack, np.array(mids), twin[np.array(mids)], a])
     leader = np.concatenate([solid.leader, on])
     kind = {"hexahedron": "hexahedron", "tetra": "wedge", "tetra10": "wedge15"}[solid.kind]
-    return Solid(np.concatenate([points, points[on]]), solid.kind, cells, leader, kind, crack)
+    return Patch(np.concatenate([points, points[on]]), solid.kind, cells, leader, kind, crack)
 
 
 def rotation(seed: int) -> Array:

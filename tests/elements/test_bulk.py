@@ -20,7 +20,7 @@ from cohesive.elements.interface import SIDES, Interface
 from cohesive.elements.rotations import rotations, stress_transformation
 from cohesive.errors import ElementError
 from cohesive.model.cracks import _centre_line
-from tests.builders import Solid, box, rotation
+from tests.builders import Patch, box, rotation
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ D = elasticity(30e3, 0.2)
 KINDS = ["tetra", "tetra10", "hexahedron"]
 
 
-def distorted(kind: str, counts: tuple[int, int, int] = (3, 3, 3), amount: float = 0.08) -> Solid:
+def distorted(kind: str, counts: tuple[int, int, int] = (3, 3, 3), amount: float = 0.08) -> Patch:
     """A box whose inner corners are moved at random; sides stay straight."""
     solid = box(kind, counts, (1.0, 1.2, 0.9))
     inside = ((solid.points > 1e-9) & (solid.points < solid.points.max(axis=0) - 1e-9)).all(axis=1)
@@ -40,7 +40,7 @@ def distorted(kind: str, counts: tuple[int, int, int] = (3, 3, 3), amount: float
     return solid
 
 
-def block_of(solid: Solid) -> ElasticBlock:
+def block_of(solid: Patch) -> ElasticBlock:
     return ElasticBlock(solid.kind, solid.points, solid.cells, D)
 
 

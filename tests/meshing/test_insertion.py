@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import product
 from typing import Any
 
 import meshio
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 
 from meshing import MeshError, insert_cracks
 from meshing.cracks import cut_slits, mirror_cracks
-from meshing.extrusion import with_mid_nodes
 from meshing.star import FACES
+from tests.builders import cubes
 from tests.meshing.test_plane_meshes import pieces
 
 Array = NDArray[np.float64]
@@ -23,19 +22,6 @@ Where = Callable[[Array], NDArray[np.bool_]]
 
 #: corners and mids of the faces of opened crack cells, normals inwards, and the part of them on the minus side
 WEDGE = [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
-
-
-def cubes(kind: str = "hexahedron", n: int = 4) -> meshio.Mesh:
-    """Unit cubes (n x n x n) from the origin, or the six tetrahedra around the diagonal of each."""
-    numbers = {p: i for i, p in enumerate(product(range(n + 1), repeat=3))}
-    ring = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    cells = np.array([[numbers[tuple(np.add(o, r))] for r in ring] for o in product(range(n), repeat=3)])
-    points = np.array(list(numbers), dtype=float)
-    if kind == "hexahedron":
-        return meshio.Mesh(points, [(kind, cells)])
-    split = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
-    mesh = meshio.Mesh(points, [("tetra", cells[:, split].reshape(-1, 4))])
-    return with_mid_nodes(mesh) if kind == "tetra10" else mesh
 
 
 def faces_on(mesh: meshio.Mesh, normal: Any, where: Where) -> Index:

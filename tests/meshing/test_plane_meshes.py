@@ -14,32 +14,9 @@ from scipy.sparse.csgraph import connected_components
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack, insert_cracks, mesh_polygon, read_mesh
 from meshing.cracks import edges_on_path, mirror_cracks
+from tests.builders import grid
 
 Index = NDArray[np.int64]
-
-
-def grid(nx: int = 4, ny: int = 4, kind: str = "quad") -> meshio.Mesh:
-    """Unit squares (nx by ny) from the origin, as quadrilaterals, or as triangles of either order."""
-    step = 2 if kind in ("quad8", "triangle6") else 1
-    numbers: dict[tuple[int, int], int] = {}
-
-    def node(i: int, j: int) -> int:
-        return numbers.setdefault((i, j), len(numbers))
-
-    cells = []
-    for j in range(0, ny * step, step):
-        for i in range(0, nx * step, step):
-            c = [(i, j), (i + step, j), (i + step, j + step), (i, j + step)]
-            corners = [c] if kind.startswith("quad") else [[c[0], c[1], c[2]], [c[0], c[2], c[3]]]
-            for ring in corners:
-                cell = [node(*p) for p in ring]
-                if step == 2:
-                    cell += [
-                        node((a[0] + b[0]) // 2, (a[1] + b[1]) // 2) for a, b in zip(ring, ring[1:] + ring[:1], strict=True)
-                    ]
-                cells.append(cell)
-    points = np.array(list(numbers), dtype=float) / step
-    return meshio.Mesh(points, [(kind, np.array(cells))])
 
 
 def cut(mesh: meshio.Mesh, *paths: list[tuple[float, float]]) -> meshio.Mesh:

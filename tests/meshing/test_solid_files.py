@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from meshing import MeshError, read_band_mesh, read_mesh
 from meshing.plane import session
 from meshing.reader import _turned
-from tests.meshing.test_insertion import X, Y, Z, body_volume, check_crack, cubes, faces_on, normals, on, sides
+from tests.builders import cubes
+from tests.meshing.test_insertion import X, Y, Z, body_volume, check_crack, faces_on, normals, on, sides
 from tests.meshing.test_plane_meshes import pieces
 
 Index = NDArray[np.int64]

@@ -15,7 +15,7 @@ from cohesive import CrackPlane, Result, Scene, run
 from cohesive.algebra.unknowns import Constraint
 from cohesive.elements.rotations import major_stress
 from cohesive.model import build
-from tests.builders import Solid, block, box, rotation
+from tests.builders import Patch, block, box, rotation
 
 Array = NDArray[np.float64]
 Place = Callable[..., None]
@@ -35,7 +35,7 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Place:
     """Puts a solid, turned by Q, in the place of the specimen's mesh: held on its base, or `clamped` at base and top, and
     driven on its top along z, or also along x."""
 
-    def put(solid: Solid, Q: Array, clamped: bool = False) -> None:
+    def put(solid: Patch, Q: Array, clamped: bool = False) -> None:
         flat = solid.points
         mesh = meshio.Mesh(flat @ Q.T, [(solid.kind, solid.cells)], point_data={"original": solid.leader})
         if solid.crack is not None:

@@ -16,7 +16,7 @@ from cohesive.results.report import warnings
 from cohesive.results.solid_figures import outer_faces
 from cohesive.studies.accuracy import settings_for
 from meshing import MeshError
-from tests.builders import Solid, box
+from tests.builders import Patch, box
 
 COARSE = {"mesh.shape": "quad", "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11}
 
@@ -221,7 +221,7 @@ OWN: dict[str, Any] = {
 }  # fmt: skip
 
 
-def write(path: Path, solid: Solid, **sets: np.ndarray) -> None:
+def write(path: Path, solid: Patch, **sets: np.ndarray) -> None:
     z = solid.points[:, 2]
     named = {"base": z < 1e-6, "top": z > SIZE[2] - 1e-6, "crack": abs(z - SIZE[2] / 2) < 1e-6} | sets
     data = {name: at.astype(int) for name, at in named.items()}
