@@ -38,6 +38,9 @@ OF_A_FILE: dict[str, Any] = {
     "stage": [{"control": "driven", "to": 0.1}],
 }  # fmt: skip
 
+#: corners of a unit cube about the origin, in the order of a hexahedron
+CUBE = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]) / 2.0
+
 #: a cube, in the order of a hexahedron, as six tetrahedra around its diagonal 0-6
 _TETRAHEDRA = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]]
 
@@ -154,8 +157,8 @@ def _split(solid: Patch, z: float) -> Patch:
     return Patch(np.concatenate([points, points[on]]), solid.kind, cells, leader, kind, crack)
 
 
-def rotation(seed: int) -> Array:
-    """A rotation of space at random."""
-    Q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+def rotation(seed: int, d: int = 3) -> Array:
+    """A rotation of space, or of the plane, at random."""
+    Q = np.linalg.qr(np.random.default_rng(seed).normal(size=(d, d)))[0]
     Q[:, 0] *= np.linalg.det(Q)
     return np.asarray(Q)

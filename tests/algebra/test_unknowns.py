@@ -7,6 +7,7 @@ import pytest
 
 from cohesive.algebra.dissection import nested_dissection
 from cohesive.algebra.unknowns import Constraint, Unknowns
+from tests.builders import box, rotation
 
 X, Y = (1.0, 0.0), (0.0, 1.0)
 #: nodes 0 to 3; 4 and 5 are copies of 1 and 2
@@ -92,3 +93,41 @@ def test_nested_dissection_has_the_last_nodes_last() -> None:
     left, right = group[points[:, 0] < 17], group[points[:, 0] > 17]
     assert left.max() < right.min() and np.bincount(group).max() < 0.05 * len(points)
     assert len(np.unique(group[cells].max(axis=1))) > 20
+
+
+def test_nested_dissection_separates_halves_by_a_face() -> None:
+    solid = box("hexahedron", (24, 10, 8), (24.0, 10.0, 8.0))
+    group = nested_dissection(solid.points, [solid.cells], np.zeros(0, dtype=np.int64))
+    np.testing.assert_array_equal(np.flatnonzero(group == group.max()), np.flatnonzero(solid.points[:, 0] == 12.0))
+
+
+def test_ties_in_space() -> None:
+    """Two drives or supports at a node in any directions at right angles to each other; others are refused."""
+    Q = rotation(2)
+    a, b, c = (tuple(row) for row in Q)
+    leader = np.array([0, 1, 2, 0])
+    base = [Constraint("base", np.array([0]), a), Constraint("side", np.array([0, 3]), b)]
+    made = Unknowns.from_constraints(
+        leader, base, [Constraint("pull", np.array([1]), b), Constraint("push", np.array([1]), c)]
+    )
+    # means: 1 of node 0, 1 of node 1, 3 of node 2; the jump of 0 along c; two drives
+    assert made.transform.shape == (12, 1 + 1 + 3 + 1 + 2)
+    v = np.random.default_rng(0).normal(size=8)
+    u = (made.transform @ v).reshape(-1, 3)
+    np.testing.assert_allclose(u[0] @ Q[:2].T, 0.0, atol=1e-14)
+    np.testing.assert_allclose(u[3] @ Q[:2].T, 0.0, atol=1e-14)
+    np.testing.assert_allclose(u[1] @ Q[1:].T, v[made.drives], rtol=1e-13)
+    np.testing.assert_allclose(np.sort(abs(u[2])), np.sort(abs(v[[i for i in range(8) if made.node[i] == 2]])), rtol=1e-13)
+    with pytest.raises(ValueError, match="slope: its direction is oblique"):
+        Unknowns.from_constraints(
+            leader, [*base, Constraint("slope", np.array([0]), tuple(np.array([0, 0.6, 0.8]) @ Q))], base[:1]
+        )
+    mirror = Unknowns.from_constraints(
+        leader,
+        [Constraint("top", np.array([2]), a)],
+        [Constraint("pull", np.array([2]), b)],
+        Constraint("crack", np.array([0]), c),
+    )
+    u = (mirror.transform @ np.random.default_rng(0).normal(size=mirror.transform.shape[1])).reshape(-1, 3)
+    np.testing.assert_allclose(u[0] @ Q[:2].T, u[3] @ Q[:2].T, atol=1e-14)
+    np.testing.assert_allclose(u[0] @ Q[2], -u[3] @ Q[2], rtol=1e-12)

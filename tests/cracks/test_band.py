@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from cohesive import Concrete, CrackPlane
 from cohesive.cracks.band_points import BandState, CrackBand
 from cohesive.elements.bulk import elasticity
-from cohesive.elements.chords import longest_chord
-from cohesive.elements.rotations import stress_tensor, stress_transformation
+from cohesive.elements.rotations import stress_transformation
 from cohesive.errors import PointFailure
 
 Array = NDArray[np.float64]
@@ -260,50 +259,6 @@ def test_update_is_pure_and_history_follows_the_committed_state() -> None:
     for state in (first, thrown):
         Z = CrackPlane(CONCRETE, state.planes.length).traction(state.planes.jump, start.planes.Z)[1]
         np.testing.assert_array_equal(state.planes.Z, Z)
-
-
-def test_longest_chord_of_known_shapes() -> None:
-    rectangle, triangle, d = [[0, 0], [4, 0], [4, 3], [0, 3]], [[0, 0], [2, 0], [0, 2], [0, 2]], np.sqrt(0.5)
-    for shape, direction, length in (
-        (rectangle, (1, 0), 4), (rectangle, (0, -1), 3), (rectangle, (0.8, 0.6), 5), (rectangle, (d, d), 3 / d),
-        (triangle, (1, 0), 2), (triangle, (0, 1), 2), (triangle, (d, -d), 2 / d), (triangle, (d, d), 2 * d),
-    ):  # fmt: skip
-        turns = rotations(ANGLES) * [[[1], [-1]]]
-        got = longest_chord(np.array(shape) @ turns, np.array(direction) @ turns)
-        np.testing.assert_allclose(got, length, rtol=1e-9)
-
-
-def test_longest_chord_of_random_quadrilaterals() -> None:
-    """Against many lines along the direction, each cut with every edge."""
-    random = np.random.default_rng(4)
-    angle = np.sort(random.uniform(0, 2 * np.pi, (60, 4)), axis=1)
-    quads = np.stack([np.cos(angle), np.sin(angle)], axis=2) * random.uniform(0.2, 3.0, (60, 1, 2))
-    toward = rotations(random.uniform(0, 2 * np.pi, 60))
-    for corners, (way, across), got in zip(quads, toward, longest_chord(quads, toward[:, 0]), strict=True):
-        along, offset = corners @ way, corners @ across
-        at = np.linspace(offset.min(), offset.max(), 4001)[1:-1, None]
-        part = (at - offset) / (np.roll(offset, -1) - offset)  # where the lines cross each edge
-        cut = np.where((part >= 0) & (part <= 1), along + part * (np.roll(along, -1) - along), np.nan)
-        # the length of a chord is concave in its offset: between two samples it rises by less than a thousandth
-        assert (np.nanmax(cut, axis=1) - np.nanmin(cut, axis=1)).max() == pytest.approx(got, rel=1e-3)
-        (a, b), (c, d) = corners[2] - corners[0], corners[3] - corners[1]
-        assert 0.5 * abs(a * d - b * c) / np.ptp(offset) <= got <= np.ptp(along) * (1 + 1e-12)  # mean chord, extent
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_stress_transformation_is_the_tensor_rule(d: int) -> None:
-    random = np.random.default_rng(6)
-    frame = np.linalg.qr(random.normal(size=(20, d, d)))[0]
-    stress, e = random.normal(size=(20, d * (d + 1) // 2)), random.normal(size=(20, d))
-    N, sigma, n = stress_transformation(frame), stress_tensor(stress), frame[:, 0]  # N^T: engineering strain, same work
-    i, j = np.array([(0, 0), (1, 1), (0, 1)] if d == 2 else [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]).T
-    np.testing.assert_array_equal(sigma[:, [i, j], [j, i]], np.stack([stress, stress], axis=1))
-    local = np.einsum("ndk,nk->nd", N, stress)
-    np.testing.assert_allclose(local, np.einsum("nij,njk,nk->ni", frame, sigma, n), atol=1e-14)
-    half = np.einsum("ni,nd,ndj->nij", n, e, frame) / 2
-    voigt = (half + half.transpose(0, 2, 1))[:, i, j] * np.where(i == j, 1, 2)
-    np.testing.assert_allclose(np.einsum("ndk,nd->nk", N, e), voigt, atol=1e-14)
-    np.testing.assert_allclose((voigt * stress).sum(axis=1), (e * local).sum(axis=1), atol=1e-13)
 
 
 def books(law: CrackBand, legs: Any, steps: int) -> tuple[Array, float, float]:

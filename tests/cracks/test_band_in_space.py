@@ -15,16 +15,14 @@ from cohesive import CrackPlane
 from cohesive.cracks.band_iteration import Group, groups
 from cohesive.cracks.band_points import BandState, CrackBand
 from cohesive.elements.bulk import elasticity
-from cohesive.elements.chords import longest_chord
 from cohesive.elements.rotations import PAIRS, stress_tensor, stress_transformation
 from cohesive.errors import PointFailure
-from tests.builders import rotation
+from tests.builders import CUBE, rotation
 from tests.cracks.test_band import CONCRETE, FT, YIELD, Zm, advance, check, follow
 from tests.cracks.test_band import band as plane_band
 
 Array = NDArray[np.float64]
 
-CUBE = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]) / 2.0
 TURNS = np.stack([np.eye(3), *(rotation(seed) for seed in range(5))])  # columns: the normal and the tangents of a plane
 I, J = np.array(PAIRS[3]).T
 SHEAR = np.where(I == J, 1.0, 2.0)
@@ -217,55 +215,3 @@ def test_random_walks_stay_on_the_law() -> None:
                 passed += 1
         planes += len(state.planes.point)
     assert planes >= 16 and passed >= 155
-
-
-def chords(corners: Array, direction: Array, faces: list[list[int]], count: int) -> float:
-    """Longest of many chords of a convex polyhedron: lines through points in its shadow, cut with the planes of its faces."""
-    centre, random = corners.mean(axis=0), np.random.default_rng(0)
-    weights = random.dirichlet(np.full(len(corners), 0.3), count)
-    start, ahead, behind = weights @ corners, np.full(count, np.inf), np.full(count, -np.inf)
-    for face in faces:
-        a, b, c = corners[face[:3]]
-        normal = np.cross(b - a, c - a)
-        normal *= -np.sign(normal @ (centre - a))
-        rate = normal @ direction
-        reach = ((a - start) @ normal) / rate
-        ahead, behind = (np.minimum(ahead, reach), behind) if rate > 0 else (ahead, np.maximum(behind, reach))
-    return float((ahead - behind).max())
-
-
-TETRA = [0, 1, 2, 2, 3, 3, 3, 3]
-
-
-def test_longest_chord_of_known_solids() -> None:
-    d2, d3 = np.sqrt(0.5), np.sqrt(1 / 3)
-    box = (CUBE + 0.5) * [4, 3, 2]
-    corner = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])[TETRA]
-    crossed = np.array([[-1, 0, 0], [1, 0, 0], [0, 1, 2], [0, -1, 2]])[TETRA]  # two edges at right angles, one over the other
-    for shape, direction, length in (
-        (box, (1, 0, 0), 4), (box, (0, -1, 0), 3), (box, (0.8, 0.6, 0), 5), (box, (d2, 0, d2), 2 / d2),
-        (box, np.array([4, 3, 2]) / np.sqrt(29), np.sqrt(29)), (CUBE, (d3, d3, d3), 1 / d3),
-        (corner, (0, 0, 1), 1), (corner, (d2, -d2, 0), 2 * d2), (corner, (d3, d3, d3), d3),
-        (crossed, (0, 0, 1), 2), (crossed, (1, 0, 0), 2),
-    ):  # fmt: skip
-        got = longest_chord(np.asarray(shape, dtype=float) @ TURNS.transpose(0, 2, 1), TURNS @ np.array(direction))
-        np.testing.assert_allclose(got, length, rtol=1e-9)
-
-
-def test_longest_chord_of_random_solids() -> None:
-    """Tetrahedra, and hexahedra with plane faces (cubes under projective maps), against many chords."""
-    random = np.random.default_rng(4)
-    hexahedron = [[0, 1, 2], [4, 5, 6], [0, 1, 5], [1, 2, 6], [2, 3, 7], [3, 0, 4]]
-    for _ in range(20):
-        direction = random.normal(size=3)
-        direction /= np.linalg.norm(direction)
-        tetra = random.normal(size=(4, 3))
-        tetra[[0, 1]] = tetra[[0, 1] if np.linalg.det(tetra[1:] - tetra[0]) > 0 else [1, 0]]
-        x = CUBE @ (np.eye(3) + 0.3 * random.normal(size=(3, 3)))
-        brick = x / (1 + x @ random.uniform(-0.3, 0.3, 3))[:, None]
-        for corners, solid, faces in (
-            (tetra[TETRA], tetra, [[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]]), (brick, brick, hexahedron),
-        ):  # fmt: skip
-            got = float(longest_chord(corners[None], direction[None])[0])
-            sampled = chords(solid, direction, faces, 40000)
-            assert sampled <= got * (1 + 1e-12) and sampled > 0.97 * got  # the sample finds the longest to some percent
