@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -300,3 +301,26 @@ def test_wrong_arrays_are_refused() -> None:
     for width in (0.0, -1.0, np.nan, "h"):
         with pytest.raises(ValueError, match=r"^width = "):
             CrackPlane(NARROW.concrete, width)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("components", [2, 3])
+def test_a_law_of_many_widths_is_the_laws_of_each(components: int) -> None:
+    concrete, random, widths = NARROW.concrete, np.random.default_rng(1), np.geomspace(0.1, 60, 40)
+    many = CrackPlane(concrete, widths)
+    before, jump = random.normal(size=(2, 40, components)) * concrete.Zm * np.geomspace(0.01, 2, 40)[:, None]
+    Z0, Z = random.uniform(0, concrete.Zm, 40), random.uniform(0, concrete.Zm, 40)
+
+    def everything(law: CrackPlane, i: Any) -> list[Array]:
+        Z1 = law.history(before[i], Z0[i])
+        return [
+            *law.update(jump[i], Z[i]), law.update(jump[i], Z[i], frozen=True)[1], *law.traction(jump[i], Z[i]),
+            *law.dissipation(before[i], Z1, jump[i], law.history(jump[i], Z1)), law.stored_energy(jump[i], Z[i]),
+            law.contact_traction(jump[i], Z[i]), *law.contact_distance(jump[i], Z[i]), law.damage(Z[i]),
+        ]  # fmt: skip
+
+    each = [everything(CrackPlane(concrete, float(w)), [i]) for i, w in enumerate(widths)]
+    for j, value in enumerate(everything(many, slice(None))):
+        np.testing.assert_allclose(value, np.concatenate([one[j] for one in each]), rtol=1e-13)
+    for bad in (np.array([1.0, 0.0]), np.array([1.0, -2.0]), np.array([np.nan]), np.array([np.inf]), np.ones((2, 2))):
+        with pytest.raises(ValueError, match=r"(?s)^width = .*: expected a \(n,\) array of finite numbers above 0"):
+            many.with_width(bad)
