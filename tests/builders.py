@@ -38,6 +38,13 @@ OF_A_FILE: dict[str, Any] = {
     "stage": [{"control": "driven", "to": 0.1}],
 }  # fmt: skip
 
+#: mid nodes of second-order cells, and the corners between which they are
+MIDS = {
+    "triangle6": [(3, 0, 1), (4, 1, 2), (5, 2, 0)],
+    "quad8": [(4, 0, 1), (5, 1, 2), (6, 2, 3), (7, 3, 0)],
+    "tetra10": [(4, 0, 1), (5, 1, 2), (6, 2, 0), (7, 0, 3), (8, 1, 3), (9, 2, 3)],
+}
+
 #: corners of a unit cube about the origin, in the order of a hexahedron
 CUBE = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]) / 2.0
 

@@ -15,19 +15,13 @@ from cohesive.elements.chords import longest_chord
 from cohesive.elements.rotations import PAIRS
 from cohesive.errors import ElementError
 from cohesive.model.cracks import _centre_line
-from tests.builders import Patch, box, rectangle, rotation
+from tests.builders import MIDS, Patch, box, rectangle, rotation
 
 PLANE = ["triangle", "triangle6", "quad", "quad8"]
 SOLID = ["tetra", "tetra10", "hexahedron"]
 KINDS = PLANE + SOLID
 #: in the plane with its two elasticities
 ELASTIC = [*((kind, plane) for kind in PLANE for plane in ("stress", "strain")), *((kind, None) for kind in SOLID)]
-#: mid nodes between corners
-MIDS = {
-    "triangle6": [(3, 0, 1), (4, 1, 2), (5, 2, 0)],
-    "quad8": [(4, 0, 1), (5, 1, 2), (6, 2, 3), (7, 3, 0)],
-    "tetra10": [(4, 0, 1), (5, 1, 2), (6, 2, 0), (7, 0, 3), (8, 1, 3), (9, 2, 3)],
-}
 STRAIN = {2: np.array([1.0, -2.0, 0.5]) * 1e-3, 3: np.array([1.0, -2.0, 0.7, 0.5, -0.3, 0.9]) * 1e-3}
 SIZE = (1.0, 1.2, 0.9)
 #: of plane bodies, mm

@@ -1,119 +1,51 @@
-"""Splitting of solid meshes along faces."""
+"""Splitting of meshes by node stars, along lines in the plane and along faces in space."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from typing import Any
 
 import meshio
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from cohesive.arrays import Array, Index
 from meshing import MeshError, insert_cracks
-from meshing.cracks import cut_slits, mirror_cracks
-from meshing.star import FACES
-from tests.builders import cubes
-from tests.meshing.test_plane_meshes import pieces
+from meshing.cracks import cut_slits, edges_on_path, mirror_cracks
+from tests.builders import MIDS, cubes, grid
+from tests.meshing.measures import (
+    Where,
+    X,
+    Y,
+    Z,
+    areas,
+    body_volume,
+    check_crack,
+    faces_on,
+    n_corners,
+    normals,
+    on,
+    pieces,
+    sides,
+)  # fmt: skip
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Where = Callable[[Array], NDArray[np.bool_]]
+#: cell of the bulk, and of the crack
+CRACK_CELLS = {
+    "triangle": "quad", "triangle6": "quad8", "quad": "quad", "quad8": "quad8",
+    "tetra": "wedge", "tetra10": "wedge15", "hexahedron": "hexahedron",
+}  # fmt: skip
 
-#: corners and mids of the faces of opened crack cells, normals inwards, and the part of them on the minus side
-WEDGE = [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
+#                   paths, copies of corner nodes, unit lengths, pieces (4 x 4 unit squares)
+LINES: dict[str, tuple[list[list[tuple[int, int]]], int, int, int]] = {
+    "straight through": ([[(2, 0), (2, 4)]], 5, 4, 2),
+    "tip inside": ([[(2, 0), (2, 3)]], 3, 3, 1),
+    "both tips inside": ([[(2, 1), (2, 3)]], 1, 2, 1),
+    "kink": ([[(2, 0), (2, 2), (4, 2)]], 5, 4, 2),
+    "T-branch": ([[(0, 2), (4, 2)], [(2, 2), (2, 4)]], 8, 6, 3),
+    "crossing": ([[(0, 2), (4, 2)], [(2, 0), (2, 4)]], 11, 8, 4),
+    "crossing inside": ([[(1, 2), (3, 2)], [(2, 1), (2, 3)]], 3, 4, 1),
+    "two parallel": ([[(1, 0), (1, 4)], [(3, 0), (3, 4)]], 10, 8, 3),
+}
 
-
-def faces_on(mesh: meshio.Mesh, normal: Any, where: Where) -> Index:
-    """Element faces with a normal, whose corners all lie where wanted, in the sense of the normal."""
-    (block,) = mesh.cells
-    k = 4 if block.type == "hexahedron" else 3
-    faces = block.data[:, [face[:k] for face in FACES[block.type]]].reshape(-1, k)
-    p = mesh.points[faces]
-    turn = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) @ np.asarray(normal, dtype=float)
-    return faces[(turn > 1e-9) & where(p.reshape(-1, 3)).reshape(-1, k).all(axis=1)]
-
-
-def on(axis: int, at: float, *limits: tuple[int, float, float]) -> tuple[Array, Where]:
-    """A plane across an axis, with limits (axis, low, high) of the others."""
-
-    def where(p: Array) -> NDArray[np.bool_]:
-        inside = [(p[:, i] >= low) & (p[:, i] <= high) for i, low, high in limits]
-        return np.asarray(np.all([p[:, axis] == at, *inside], axis=0))
-
-    return np.eye(3)[axis], where
-
-
-def volumes(points: Array, kind: str, cells: Index) -> Array:
-    """Of cells with plane faces, from their faces."""
-    faces = WEDGE if kind.startswith("wedge") else [f[: 4 if kind == "hexahedron" else 3] for f in FACES[kind]]
-    total = np.zeros(len(cells))
-    for face in faces:
-        for i in range(1, len(face) - 1):
-            a, b, c = (points[cells[:, face[j]]] for j in (0, i, i + 1))
-            total -= np.einsum("ni,ni->n", np.cross(a, b), c) / 6
-    return total
-
-
-def body_volume(mesh: meshio.Mesh) -> float:
-    cells = [volumes(mesh.points, b.type, b.data) for b in mesh.cells if b.type not in ("wedge", "wedge15")]
-    assert all((v > -1e-9 * abs(v).max()).all() for v in cells)
-    return float(sum(v.sum() for v in cells))
-
-
-def sides(block: meshio.CellBlock) -> tuple[Index, Index]:
-    """Corners of the minus and of the plus face."""
-    k = 4 if block.type == "hexahedron" else 3
-    return block.data[:, :k], block.data[:, k : 2 * k]
-
-
-def normals(mesh: meshio.Mesh, faces: Index) -> Array:
-    """Area vectors of plane faces."""
-    p = mesh.points[faces]
-    return np.asarray(sum(np.cross(p[:, i] - p[:, 0], p[:, i + 1] - p[:, 0]) for i in range(1, faces.shape[1] - 1)) / 2)
-
-
-def check_crack(mesh: meshio.Mesh) -> None:
-    """Crack cells join coincident faces of two elements, and open with a positive volume along their normal."""
-    block = mesh.cells[-1]
-    (minus, plus), original = sides(block), mesh.point_data["original"]
-    np.testing.assert_array_equal(original[minus], original[plus])
-    np.testing.assert_array_equal(mesh.points[minus], mesh.points[plus])
-    area = normals(mesh, minus)
-    size = np.linalg.norm(area, axis=1)
-    # each cell by itself, its plus side moved by a unit along the normal
-    copies = mesh.points[block.data]
-    own = np.arange(copies.shape[0] * copies.shape[1]).reshape(block.data.shape)
-    k = minus.shape[1]
-    copies[:, k : 2 * k] += (area / size[:, None])[:, None]
-    np.testing.assert_allclose(volumes(copies.reshape(-1, 3), block.type, own), size, rtol=1e-9)
-    # the elements beside it: each side is a face of exactly one element, the plus side with its normal inwards
-    faces: dict[tuple[int, ...], int] = {}
-    for b in mesh.cells[:-1]:
-        for ring in b.data[:, [f[:k] for f in FACES[b.type]]].reshape(-1, k).tolist():
-            start = ring.index(min(ring))
-            turned = tuple(ring[start:] + ring[:start])
-            faces[turned] = faces.get(turned, 0) + 1
-    for ring, step in [(r, 1) for r in plus.tolist()] + [(r, -1) for r in minus.tolist()]:
-        start = ring.index(min(ring))
-        assert faces[tuple((ring[start:] + ring[:start]) if step == 1 else [ring[start - i] for i in range(k)])] == 1
-    if block.type == "wedge15":
-        c = block.data
-        for column, a, b in ((6, 0, 1), (7, 1, 2), (8, 2, 0), (9, 3, 4), (10, 4, 5), (11, 5, 3)):
-            middle = mesh.points[c[:, [a, b]]].mean(axis=1)
-            np.testing.assert_allclose(mesh.points[c[:, column]], middle, atol=1e-9)
-        np.testing.assert_array_equal(original[c[:, 6:9]], original[c[:, 9:12]])
-        np.testing.assert_array_equal(c[:, 12:], c[:, :3])
-        mids = {
-            tuple(row) for b in mesh.cells[:-1] for f in FACES["tetra10"] for row in np.sort(b.data[:, f], axis=1).tolist()
-        }
-        for columns in ([0, 1, 2, 6, 7, 8], [3, 4, 5, 9, 10, 11]):
-            assert {tuple(row) for row in np.sort(c[:, columns], axis=1).tolist()} <= mids
-
-
-X, Y, Z = 0, 1, 2
 #               surfaces, copies of corner nodes, unit squares, pieces (4 x 4 x 4 unit cubes)
-CASES: dict[str, tuple[list[tuple[Array, Where]], int, int, int]] = {
+SURFACES: dict[str, tuple[list[tuple[Array, Where]], int, int, int]] = {
     "through": ([on(X, 2)], 25, 16, 2),
     "front inside": ([on(X, 2, (Y, 0, 3))], 15, 12, 1),
     "front all around": ([on(X, 2, (Y, 1, 3), (Z, 1, 3))], 1, 4, 1),
@@ -126,31 +58,64 @@ CASES: dict[str, tuple[list[tuple[Array, Where]], int, int, int]] = {
     "two parallel": ([on(Z, 1), on(Z, 3)], 50, 32, 3),
 }
 
+PLANE, SOLID = ["quad", "quad8", "triangle", "triangle6"], ["hexahedron", "tetra", "tetra10"]
+CASES = [*((kind, case) for kind in PLANE for case in LINES), *((kind, case) for kind in SOLID for case in SURFACES)]
 
-@pytest.mark.parametrize("kind", ["hexahedron", "tetra", "tetra10"])
-@pytest.mark.parametrize("case", CASES)
-def test_splitting(case: str, kind: str) -> None:
-    surfaces, copies, squares, parts = CASES[case]
-    mesh = cubes(kind)
-    surface = np.concatenate([faces_on(mesh, *s) for s in surfaces])
+
+def uncut(kind: str) -> meshio.Mesh:
+    """4 unit squares or cubes along each axis."""
+    return grid(kind=kind) if kind in PLANE else cubes(kind)
+
+
+def facets(mesh: meshio.Mesh, case: str) -> tuple[Index, int, int, int]:
+    """Of the crack, with what is counted."""
+    if mesh.points.shape[1] == 2:
+        paths, *counts = LINES[case]
+        return (edges_on_path(mesh, "crack", paths), *counts)
+    surfaces, *counts = SURFACES[case]
+    return (np.concatenate([faces_on(mesh, *surface) for surface in surfaces]), *counts)
+
+
+@pytest.mark.parametrize(("kind", "case"), CASES)
+def test_splitting(kind: str, case: str) -> None:
+    mesh = uncut(kind)
+    surface, copies, size, parts = facets(mesh, case)
     result = insert_cracks(mesh, surface)
-    crack = result.cells[-1]
-    assert crack.type == {"hexahedron": "hexahedron", "tetra": "wedge", "tetra10": "wedge15"}[kind]
-    assert len(crack.data) == squares * (1 if kind == "hexahedron" else 2)
-    n_corners = len(cubes("tetra").points)
-    assert (result.point_data["original"][len(mesh.points) :] < n_corners).sum() == copies
+    crack, original = result.cells[-1], result.point_data["original"]
+    assert crack.type == CRACK_CELLS[kind]
+    assert len(crack.data) == size * (2 if kind.startswith("tetra") else 1)
+    is_corner = np.isin(original[len(mesh.points) :], mesh.cells[0].data[:, : n_corners(kind)])
+    assert is_corner.sum() == copies
+    if kind in PLANE:  # the mid-side node of every cut edge is doubled too
+        assert (~is_corner).sum() == (size if kind in MIDS else 0)
     assert pieces(result) == parts
-    np.testing.assert_array_equal(result.points, mesh.points[result.point_data["original"]])
-    assert body_volume(meshio.Mesh(result.points, result.cells[:-1])) == pytest.approx(64)
-    assert np.linalg.norm(normals(result, sides(crack)[0]), axis=1).sum() == pytest.approx(squares)
-    np.testing.assert_allclose(normals(result, sides(crack)[0]), normals(mesh, surface))
+    assert [block.data.shape for block in result.cells[:-1]] == [block.data.shape for block in mesh.cells]
+    np.testing.assert_array_equal(result.points, mesh.points[original])
+    bulk = meshio.Mesh(result.points, result.cells[:-1])
+    if kind in PLANE:
+        assert sum(a.sum() for a in areas(bulk)) == pytest.approx(16)
+    else:
+        assert body_volume(bulk) == pytest.approx(64)
+    area = normals(result, sides(crack)[0])
+    assert np.linalg.norm(area, axis=1).sum() == pytest.approx(size)
+    np.testing.assert_allclose(area, normals(mesh, surface))
     check_crack(result)
-    if kind == "tetra10":  # no element lost a mid node: each still lies between its corners
+    for mid, a, b in MIDS.get(kind, []):  # no element lost a mid node: each still lies between its corners
         for block in result.cells[:-1]:
-            for i, (a, b) in enumerate([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]):
-                np.testing.assert_allclose(
-                    result.points[block.data[:, 4 + i]], result.points[block.data[:, [a, b]]].mean(axis=1)
-                )
+            middle = result.points[block.data[:, [a, b]]].mean(axis=1)
+            np.testing.assert_allclose(result.points[block.data[:, mid]], middle)
+
+
+def cut(mesh: meshio.Mesh, *paths: list[tuple[float, float]]) -> meshio.Mesh:
+    return insert_cracks(mesh, edges_on_path(mesh, "crack", paths))
+
+
+def test_the_plus_side_lies_to_the_left_of_the_path() -> None:
+    up, down = cut(grid(), [(2, 0), (2, 4)]), cut(grid(), [(2, 4), (2, 0)])
+    for mesh, side in ((up, -1), (down, 1)):
+        plus = set(mesh.cells[-1].data[:, 2:].ravel())
+        touching = [cell for cell in mesh.cells[0].data if plus & set(cell)]
+        assert all(side * (mesh.points[cell].mean(axis=0)[0] - 2) > 0 for cell in touching)
 
 
 @pytest.mark.parametrize("kind", ["tetra", "tetra10"])
@@ -164,7 +129,22 @@ def test_mid_nodes_are_doubled_but_on_the_front(kind: str) -> None:
     assert len(copied) == in_plane.sum()
 
 
-def test_slits_half_and_sets() -> None:
+def test_slits_are_cut_and_left_empty() -> None:
+    mesh = grid()
+    crack, slit = (edges_on_path(mesh, "path", [line]) for line in ([(2, 2), (2, 4)], [(2, 0), (2, 2)]))
+    result = insert_cracks(mesh, crack, slit)
+    assert len(result.cells[-1].data) == 2
+    assert len(result.points) - len(mesh.points) == 5
+    assert pieces(result) == 2
+
+
+def test_point_sets_grow_by_the_copies() -> None:
+    mesh = grid()
+    mesh.point_sets = {"load": np.flatnonzero((mesh.points == [2, 4]).all(axis=1))}
+    assert len(cut(mesh, [(2, 0), (2, 4)]).point_sets["load"]) == 2
+
+
+def test_slits_half_and_sets_in_space() -> None:
     mesh = cubes()
     mesh.point_sets = {"line": np.flatnonzero((mesh.points[:, :2] == [2, 4]).all(axis=1))}
     crack, slit = faces_on(mesh, *on(X, 2, (Y, 2, 4))), faces_on(mesh, *on(X, 2, (Y, 0, 2)))
@@ -183,6 +163,31 @@ def test_slits_half_and_sets() -> None:
             MeshError, match="surface of a half body: expected faces on its boundary, the body where its normal"
         ):
             mirror_cracks(mesh, wrong)
+
+
+def test_half_needs_a_boundary_with_the_body_to_the_left() -> None:
+    mesh = grid()
+    assert len(mirror_cracks(mesh, edges_on_path(mesh, "crack", [[(4, 0), (4, 4)]])).points) == 25 + 5
+    for wrong in ([(4, 4), (4, 0)], [(2, 0), (2, 4)]):
+        with pytest.raises(MeshError, match="half body"):
+            mirror_cracks(mesh, edges_on_path(mesh, "crack", [wrong]))
+
+
+@pytest.mark.parametrize(
+    ("paths", "message"),
+    [
+        ([[(2, 1), (2, 2)]], "cuts nothing"),
+        ([[(0, 0), (0, 4)]], "along its boundary"),
+        ([[(2, 0), (2, 6)]], "length 6 mm: 4 mm of it"),
+        ([[(0.5, 0), (0.5, 4)]], "length 4 mm: 0 mm of it"),
+        ([[(2, 0), (2, 0)]], "has length 0"),
+        ([[(2, 0)]], "at least two points"),
+        ([[(2, 0), (2, 4)], [(2, 1), (2, 3)]], "along a notch or along itself"),
+    ],
+)
+def test_a_path_that_does_not_work_is_named(paths: list[list[tuple[float, float]]], message: str) -> None:
+    with pytest.raises(MeshError, match=message):
+        cut(grid(), *paths)
 
 
 def test_a_surface_that_does_not_work_is_named() -> None:

@@ -14,8 +14,7 @@ from meshing import MeshError, read_band_mesh, read_mesh
 from meshing.plane import session
 from meshing.reader import _turned
 from tests.builders import cubes
-from tests.meshing.test_insertion import X, Y, Z, body_volume, check_crack, faces_on, normals, on, sides
-from tests.meshing.test_plane_meshes import pieces
+from tests.meshing.measures import X, Y, Z, body_volume, check_crack, faces_on, normals, on, pieces, sides
 
 Index = NDArray[np.int64]
 

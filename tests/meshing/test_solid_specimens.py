@@ -11,8 +11,7 @@ import pytest
 
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedBeam3D, PushOff, PushOff3D, SingleCrack3D
 from meshing.block import facing
-from tests.meshing.test_insertion import body_volume, check_crack, normals, sides, volumes
-from tests.meshing.test_plane_meshes import pieces
+from tests.meshing.measures import body_volume, check_crack, normals, pieces, sides, volumes
 
 BEAMS: dict[str, dict[str, Any]] = {
     "slit": {"gauge": 20.0},
