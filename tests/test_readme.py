@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 
 import pytest
-from cohesive.commands.cli import main
 
 from cohesive import Scene
+from cohesive.commands.command_line import main
 from cohesive.results.columns import COLUMNS
 
 ROOT = Path(__file__).parents[1]
