@@ -87,7 +87,7 @@ def band_part(
     SceneError
         For a band so wide that it dissipates twice Gf, or numbers in other units.
     """
-    points_of = _centre_line if mesh.is_row else None
+    points_of = centre_line if mesh.is_row else None
     parts = [block.strain_points(points_of(block.kind, mesh.dimension) if points_of else None) for block in elements]
     offsets = np.cumsum([0, *(len(block.cells) for block in elements)])[:-1]
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
@@ -119,7 +119,7 @@ def band_part(
     return BandPart(law, operator, weights, where, cell, area, width, along, faces)
 
 
-def _centre_line(kind: str, dimension: int) -> Rule:
+def centre_line(kind: str, dimension: int) -> Rule:
     """Gauss rule along each axis of an element of a band but the last one, and one point across."""
     at, weights = gauss_cube(_POINTS_ALONG[kind], dimension - 1)
     return np.column_stack([at, np.zeros(len(at))]), 2.0 * weights

@@ -8,10 +8,10 @@ from typing import Any
 import meshio
 import numpy as np
 import scipy.sparse as sp
-from meshing.star import FACES
 from scipy.sparse.csgraph import connected_components
 
 from cohesive.arrays import Array, Index, Mask
+from meshing.cells import CELLS
 from tests.builders import MIDS
 
 Where = Callable[[Array], Mask]
@@ -59,7 +59,7 @@ def faces_on(mesh: meshio.Mesh, normal: Any, where: Where) -> Index:
     """Element faces with a normal, whose corners all lie where wanted, in the sense of the normal."""
     (block,) = mesh.cells
     k = 4 if block.type == "hexahedron" else 3
-    faces = block.data[:, [face[:k] for face in FACES[block.type]]].reshape(-1, k)
+    faces = block.data[:, [face[:k] for face in CELLS[block.type].faces]].reshape(-1, k)
     p = mesh.points[faces]
     turn = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) @ np.asarray(normal, dtype=float)
     return faces[(turn > 1e-9) & where(p.reshape(-1, 3)).reshape(-1, k).all(axis=1)]
@@ -77,7 +77,7 @@ def on(axis: int, at: float, *limits: tuple[int, float, float]) -> tuple[Array, 
 
 def volumes(points: Array, kind: str, cells: Index) -> Array:
     """Of cells with plane faces, from their faces."""
-    faces = WEDGE if kind.startswith("wedge") else [f[: 4 if kind == "hexahedron" else 3] for f in FACES[kind]]
+    faces = WEDGE if kind.startswith("wedge") else [f[: 4 if kind == "hexahedron" else 3] for f in CELLS[kind].faces]
     total = np.zeros(len(cells))
     for face in faces:
         for i in range(1, len(face) - 1):
@@ -143,7 +143,7 @@ def _check_faces(mesh: meshio.Mesh, minus: Index, plus: Index) -> None:
     np.testing.assert_allclose(volumes(copies.reshape(-1, 3), block.type, own), size, rtol=1e-9)
     faces: dict[tuple[int, ...], int] = {}
     for b in mesh.cells[:-1]:
-        for ring in b.data[:, [f[:k] for f in FACES[b.type]]].reshape(-1, k).tolist():
+        for ring in b.data[:, [f[:k] for f in CELLS[b.type].faces]].reshape(-1, k).tolist():
             start = ring.index(min(ring))
             turned = tuple(ring[start:] + ring[:start])
             faces[turned] = faces.get(turned, 0) + 1

@@ -5,10 +5,11 @@ from __future__ import annotations
 import meshio
 import numpy as np
 import pytest
-from meshing.cracks import cut_slits, edges_on_path, mirror_cracks
 
 from cohesive.arrays import Array, Index
 from meshing import MeshError, insert_cracks
+from meshing.insertion import cut_slits, mirror_cracks
+from meshing.paths import edges_on_path
 from tests.builders import MIDS, cubes, grid
 from tests.meshing.measures import (
     Where,

@@ -7,9 +7,9 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from meshing.cracks import edges_on_path
 
 from meshing import MeshError, read_mesh
+from meshing.paths import edges_on_path
 from tests.builders import grid
 from tests.meshing.measures import pieces
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import meshio
 import numpy as np
 import pytest
 
-from meshing import MeshError, MeshSizes, NotchedBeam, NotchedBeam3D, PushOff, PushOff3D, SingleCrack3D
+from meshing import MeshError, MeshSizes, NotchedBeam, PlaneSpecimen, PushOff, SingleCrack3D
 from meshing.block import facing
 from tests.meshing.measures import body_volume, check_crack, normals, pieces, sides, volumes
 
@@ -21,8 +22,20 @@ BEAMS: dict[str, dict[str, Any]] = {
 BRANCHED = {"crack": [[[0, 25], [0, 50]], [[0, 35], [10, 50]]]}
 
 
-def beams(name: str) -> tuple[NotchedBeam, NotchedBeam3D]:
-    return tuple(kind(175, 125, 50, 40, 25, **BEAMS.get(name, BRANCHED)) for kind in (NotchedBeam, NotchedBeam3D))  # type: ignore[return-value]
+class Extruded:
+    """A plane specimen as it is meshed in three dimensions."""
+
+    def __init__(self, flat: PlaneSpecimen) -> None:
+        self.mesh = partial(flat.mesh, dimension=3)
+        self.mesh_band = partial(flat.mesh_band, dimension=3)
+        self.mesh_body = partial(flat.mesh_body, dimension=3)
+        self.check_band = partial(flat.check_band, dimension=3)
+        self.thickness = flat.thickness
+
+
+def beams(name: str) -> tuple[NotchedBeam, Extruded]:
+    flat = NotchedBeam(175, 125, 50, 40, 25, **BEAMS.get(name, BRANCHED))
+    return flat, Extruded(flat)
 
 
 def check_extruded(flat: meshio.Mesh, solid: meshio.Mesh, layers: int, thickness: float) -> None:
@@ -74,7 +87,7 @@ def test_hexahedra_are_the_plane_mesh_extruded(name: str, layers: int) -> None:
 BANDS: dict[str, tuple[Any, Any, float, float, float]] = {
     "beam": (*beams("slit"), 2.0, 175 * 50 - 2 * 25, 25),
     "bent": (*beams("bent"), 2.0, 175 * 50 - 2 * 25 * np.hypot(1, 0.4), np.hypot(4, 10) + 15),
-    "push-off": (PushOff(300, 300, 120), PushOff3D(300, 300, 120), 10.0, 300 * 300, 300),
+    "push-off": (PushOff(300, 300, 120), Extruded(PushOff(300, 300, 120)), 10.0, 300 * 300, 300),
 }
 
 
@@ -303,6 +316,6 @@ def test_sizes_that_do_not_work_are_named() -> None:
     for make, message in cases:
         with pytest.raises(MeshError, match=message):
             make()
-    for make in (lambda: NotchedBeam3D(175, 125, 50, 0, 25), lambda: PushOff3D(300, 300, 0)):
+    for make in (lambda: NotchedBeam(175, 125, 50, 0, 25), lambda: PushOff(300, 300, 0)):
         with pytest.raises(MeshError, match="thickness = 0: expected a number above 0"):
             make()

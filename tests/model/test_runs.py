@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cohesive import NotConverged, Result, Scene, run
 from cohesive.model.build import build
-from cohesive.model.cracks import default_width
+from cohesive.model.interface import default_width
 from cohesive.results.report import warnings
 from cohesive.solver.newton import advance
 from meshing import MeshSizes, SingleCrack

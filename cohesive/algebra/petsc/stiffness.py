@@ -307,7 +307,7 @@ def solver_type() -> str:
             return name
     if _processes() > 1:
         raise SceneError(
-            f"solver.condensation = 'petsc' on {_processes()} processes: this PETSc was built without a parallel direct solver; "
+            f"solver.condensation = 'petsc' on {_processes()} processes: this PETSc has no parallel direct solver; "
             "expected one with MUMPS or SuperLU_DIST (its configure option --download-mumps --download-scalapack, or on "
             "Debian and Ubuntu apt-get install python3-petsc4py-real)"
         )
