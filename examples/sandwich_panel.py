@@ -68,7 +68,8 @@ def main(sizes: tuple[float, ...] = (100.0, 50.0, 25.0), plot: Path | None = Non
     smeared = scene.with_(**{"model.kind": "smeared"})
     bands = {
         scaling: [
-            curves(smeared.with_(**{"mesh.crack_size": h, "mesh.far_size": h, "band.shear_scaling": scaling})) for h in sizes
+            curves(smeared.with_(**{"mesh.crack_size": h, "mesh.far_size": h, "material.shear_scaling": scaling}))
+            for h in sizes
         ]
         for scaling in (True, False)
     }

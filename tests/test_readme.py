@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cohesive import Scene
-from cohesive.commands.cli import main
+from cohesive.commands.command_line import main
 from cohesive.results.columns import COLUMNS
 
 ROOT = Path(__file__).parents[1]

@@ -20,48 +20,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array
 from ..elements.chords import longest_chord
 from ..elements.rotations import rotations, stress_tensor, stress_transformation
 from ..errors import PointFailure
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
 from .band_iteration import Group, groups
+from .crack_planes import CrackPlanes
 
 #: planes due whose excess over ft is at least this part of the largest excess are formed together
 _WORST = 0.5
 
 #: a plane is laid along the path where its normal stress is the major principal one but for this part
 _ALIGNED = 0.05
-
-
-@dataclass(frozen=True)
-class CrackPlanes:
-    """The crack planes of all points in one list.
-
-    Attributes
-    ----------
-    point : (c,) array, the point of each plane.
-    rotation : (c, d, d) array, rows normal and tangents.
-    length : (c,) array, l_ch, mm.
-    strain : (c, d) array, e.
-    traction : (c, d) array, MPa.
-    Z : (c,) array, mm.
-    slope : (c, d, k) array, de / deps.
-    """
-
-    point: Index
-    rotation: Array
-    length: Array
-    strain: Array
-    traction: Array
-    Z: Array
-    slope: Array
-
-    @property
-    def jump(self) -> Array:
-        """Jump that the plane stands for, (c, d), mm."""
-        return self.length[:, None] * self.strain
 
 
 @dataclass(frozen=True)
@@ -84,7 +56,6 @@ class CrackBand:
     corners : (p, m, d) array, mm, corners of the element of each point, see `longest_chord`.
     max_cracks : planes per point.
     threshold_angle : least angle between the normals of two planes of a point, degrees.
-    tol : on the local stress error, relative to ft.
     path_normal : (p, d) array, or None. Ahead of a crack the principal stresses are close, their difference on the
         axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. Where the normal of
         the path is a principal direction within 5 % of the major stress, the plane takes it.
@@ -95,7 +66,6 @@ class CrackBand:
     corners: Array
     max_cracks: int = 3
     threshold_angle: float = 60.0
-    tol: float = 1e-11
     path_normal: Array | None = None
     quantity = "strain"
 
@@ -136,7 +106,7 @@ class CrackBand:
         Raises
         ------
         PointFailure
-            Where the planes of a point have no solution that continues the committed one.
+            If the planes of a point have no solution that continues the committed one.
         """
         stress = deformation @ self.D.T
         tangent = self.elastic().copy()
@@ -144,7 +114,7 @@ class CrackBand:
         e, traction = cracks.strain.copy(), cracks.traction.copy()
         Z, slope = cracks.Z.copy(), cracks.slope.copy()
         for points, planes in groups(cracks.point):
-            group = Group(self, cracks, planes, deformation[points])
+            group = Group(self.plane, self.D, self.compliance, cracks, planes, deformation[points])
             solved = group.solve(start.deformation[points], frozen)
             failed = np.flatnonzero(~solved)
             if failed.size:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+from .softening import SOFTENING, Softening
 
 
 @dataclass(frozen=True)
@@ -32,8 +36,10 @@ class Concrete:
         apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
         mode I softening is not disturbed at any width (where u_phi0 <= 0).
-    contact : "printed", or "potential" for the mended form of `asperities`, which creates no energy in cycles at
+    contact : "printed", or "potential" for the mended form of `potential_contact`, which creates no energy in cycles at
         constant damage and never is stiffer than the concrete.
+    shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
+    softening : name of a registered curve, see `softening.SOFTENING`, or an object with the protocol `softening.Softening`.
 
     Raises
     ------
@@ -59,26 +65,25 @@ class Concrete:
     u_phi0: float = 0.0
     onset_cap: bool = True
     contact: str = "printed"
+    shear_scaling: bool = True
+    softening: Any = field(default="exponential", hash=False)
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
             object.__setattr__(self, name, _triple(name, getattr(self, name)))
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name in ("c", "p"):
-                continue
-            if field.name == "onset_cap":
-                if not isinstance(value, bool):
-                    raise ValueError(f"onset_cap = {value!r}: expected true or false")
-                continue
-            if field.name == "contact":
-                if value not in ("printed", "potential"):
-                    raise ValueError(f"contact = {value!r}: expected 'printed' or 'potential'")
-                continue
+        for name in ("onset_cap", "shear_scaling"):
+            if not isinstance(getattr(self, name), bool):
+                raise ValueError(f"{name} = {getattr(self, name)!r}: expected true or false")
+        if self.contact not in ("printed", "potential"):
+            raise ValueError(f"contact = {self.contact!r}: expected 'printed' or 'potential'")
+        if self.contact == "potential" and not self.shear_scaling:
+            raise ValueError("shear_scaling = False: contact = 'potential' does not depend on the width; expected True")
+        for name in (f.name for f in fields(self) if f.type == "float"):
+            value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise ValueError(f"{field.name} = {value!r}: expected a finite number")
-            if field.name in _POSITIVE and not value > 0:
-                raise ValueError(f"{field.name} = {value!r}: expected a number above 0")
+                raise ValueError(f"{name} = {value!r}: expected a finite number")
+            if name in _POSITIVE and not value > 0:
+                raise ValueError(f"{name} = {value!r}: expected a number above 0")
         if not 0 <= self.nu < 0.5:
             raise ValueError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5")
         if self.mu_sigma < 0 or self.mu_sigma >= self.r_sigma:
@@ -99,6 +104,14 @@ class Concrete:
     def Zm(self) -> float:
         """Opening at the effective end of softening, mm (also the paper's u0)."""
         return self.c1 * self.Gf / self.ft
+
+    @cached_property
+    def curve(self) -> Softening:
+        """The softening curve, stress over w = Z - Zt."""
+        if isinstance(self.softening, str):
+            return SOFTENING[self.softening](self.ft, self.Gf)
+        curve: Softening = self.softening
+        return curve
 
     @property
     def characteristic_length(self) -> float:

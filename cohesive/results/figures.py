@@ -106,7 +106,7 @@ def save_deformed(data: RunData, path: Path) -> None:
 
 def _plane_figure(data: RunData, warped: Array, stress: Array, title: str, margin: float) -> Figure:
     """A 2D body with its crack faces, or with the open crack planes of its band."""
-    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*data.model.blocks, *data.model.band)]
+    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*data.model.bulk, *data.model.band)]
     span = warped.max(axis=0) - warped.min(axis=0)
     ratio = span[1] / span[0]
     width = float(np.clip(7.5 / ratio + 3.0, 5.0, 8.0))  # narrower for a tall body
@@ -119,10 +119,10 @@ def _plane_figure(data: RunData, warped: Array, stress: Array, title: str, margi
     _limit(body, stress)
     axes.add_collection(body)
     if data.model.is_smeared:
-        _draw_planes(axes, data, faces[len(data.model.blocks) :])
-    else:
+        _draw_planes(axes, data, faces[len(data.model.bulk) :])
+    elif (crack := data.model.mesh.crack) is not None:
         for a, b in ((0, 1), (3, 2)):
-            segments = warped[data.model.mesh.cells[-1].data[:, [a, b]]]
+            segments = warped[crack.data[:, [a, b]]]
             axes.plot(*segments.transpose(2, 1, 0), color="C3", linewidth=0.8)
     axes.set_xlim(warped[:, 0].min() - margin, warped[:, 0].max() + margin)
     axes.set_ylim(warped[:, 1].min() - margin, warped[:, 1].max() + margin)

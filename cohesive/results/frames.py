@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import meshio
@@ -13,9 +12,7 @@ from ..arrays import Array
 from ..elements.rotations import PAIRS, major_stress
 
 if TYPE_CHECKING:
-    from meshing.cracks import Line
-
-    from ..model.build import Model
+    from ..model.model import Model
     from ..solver.problem import State
 
 
@@ -42,14 +39,14 @@ class Frame:
 
 def frame_of(model: Model, state: State, displacement: Array, step: int) -> Frame:
     """The fields of a state, from the displacements (m, d) of all nodes in it, mm."""
-    stress = [block.stress(displacement) for block in model.blocks]
+    stress = [block.stress(displacement) for block in model.bulk]
     stress += model.cracks.cell_stresses(state, [len(block.cells) for block in model.band])
     return Frame(step, displacement, stress, model.cracks.cell_values(state))
 
 
 def frame_mesh(model: Model, frame: Frame) -> meshio.Mesh:
     """Bulk and crack cells with the fields of a frame, in three dimensions; warp by `displacement` to see the crack open."""
-    mesh, n = model.mesh, sum(len(block.cells) for block in model.blocks)
+    mesh, n = model.mesh.whole, sum(len(block.cells) for block in model.bulk)
     m, d = mesh.points.shape
     points, displacement = (np.column_stack([x, np.zeros((m, 3 - d))]) for x in (mesh.points, frame.displacement))
     total = sum(len(block.data) for block in mesh.cells)
@@ -63,21 +60,3 @@ def frame_mesh(model: Model, frame: Frame) -> meshio.Mesh:
     ends = np.cumsum([len(block.data) for block in mesh.cells])[:-1]
     data = {name: np.split(values, ends) for name, values in flat.items()}
     return meshio.Mesh(points, [(b.type, b.data) for b in mesh.cells], {"displacement": displacement}, data)
-
-
-def along_paths(points: Array, lines: list[Line]) -> Array:
-    """Distance along the crack path of the nearest point of it, (p,), mm; without a path, along the longest side of the
-    points."""
-    if not lines:
-        span = np.ptp(points, axis=0)
-        return np.asarray(points[:, span.argmax()] - points[:, span.argmax()].min())
-    nearest, position, start = np.full(len(points), np.inf), np.zeros(len(points)), 0.0
-    for line in lines:
-        for a, b in pairwise(np.asarray(line, dtype=float)):
-            length = float(np.hypot(*(b - a)))
-            along = np.clip((points - a) @ (b - a) / length, 0.0, length)
-            distance = np.hypot(*(points - a - along[:, None] * (b - a) / length).T)
-            closer = distance < nearest
-            nearest[closer], position[closer] = distance[closer], start + along[closer]
-            start += length
-    return position

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ..arrays import Array
 
 if TYPE_CHECKING:
-    from ..model.build import Model
+    from ..model.model import Model
 
 _NOT_CARRIED = "a result from a pickle does not carry the stiffness of its body; run its scene again to solve with it"
 

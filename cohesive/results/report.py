@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meshing.solids import Extruded
-
 from ..elements.bulk import ElasticBlock
 from ..elements.rotations import major_stress
 
 if TYPE_CHECKING:
-    from ..model.build import Model
+    from ..model.model import Model
     from ..scenes.scene import Scene
     from .run_data import RunData
 
@@ -110,17 +108,17 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
         return f"{sum(len(block.cells) for block in blocks)} {what}{kinds} elements"
 
     whole = "one half of a symmetric body, " if scene.model.half else ""
-    bulk = count(model.blocks, "linear elastic ") + " and " if model.blocks else ""
+    bulk = count(model.bulk, "linear elastic ") + " and " if model.bulk else ""
     points = f"{len(model.cracks.weights)} points"
     left_out = "cracks off the given path, "
-    if not model.is_smeared:
-        cracks = f"{len(model.mesh.cells[-1].data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
+    if model.mesh.crack is not None:
+        cracks = f"{len(model.mesh.crack.data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
     elif model.cracks.faces is not None:
         cracks = f"a crack band of {count(model.band)}, {points}, width {model.cracks.width:.3g} mm"
         left_out = "cracks off the band, "
     else:
         cracks = f"{count(model.band)} that may crack, {points}"
-        left_out = "cracks off the band, " if model.blocks else ""
+        left_out = "cracks off the band, " if model.bulk else ""
     return (
         f"modelled: {whole}{bulk}{cracks}, {_dimension(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
@@ -133,9 +131,9 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
 
 def _dimension(scene: Scene, model: Model) -> str:
     """Dimension of the body, and what holds its faces."""
-    if model.mesh.points.shape[1] == 2:
+    if model.mesh.dimension == 2:
         return f"in plane {scene.model.plane}"
-    if not isinstance(scene.specimen, Extruded):
+    if not scene.is_extruded:
         return "in three dimensions"
     return f"in three dimensions with front and back {'held' if scene.model.plane == 'strain' else 'free'}"
 
@@ -165,7 +163,7 @@ def _overload(data: RunData) -> str:
     model, ft = data.model, data.scene.material.ft
     frame = data.frame(int(data.history["load"].argmax()))
     over = np.concatenate([major_stress(stress) for stress in frame.stress]) / ft
-    volume = np.concatenate([block.volumes() for block in model.blocks])
+    volume = np.concatenate([block.volumes() for block in model.bulk])
     share = float(volume[over > _OVERLOADED].sum() / volume.sum())
     if share < _OVERLOADED_SHARE:
         return ""

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from meshing.paths import along_paths
+
 from ..arrays import Array
 from .columns import COLUMNS
-from .frames import Frame, along_paths, frame_of
+from .frames import Frame, frame_of
 from .pickling import without_factors
 
 if TYPE_CHECKING:
-    from ..model.build import Model
+    from ..model.model import Model
     from ..scenes.reference import Reference
     from ..scenes.scene import Scene
     from ..solver.problem import Problem, State
@@ -143,7 +145,7 @@ class RunData:
     @property
     def gauge_is_elastic(self) -> bool:
         """Whether the opening is measured over a length of the body, not as the mean jump."""
-        return getattr(self.scene.specimen, "gauge", 0.0) > 0 or getattr(self.scene.specimen, "gauge_plus", None) is not None
+        return bool(self.scene.specimen.gauges())
 
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, as a part of it.
@@ -192,5 +194,5 @@ class RunData:
 
     def _distance(self) -> Array:
         """Distance along the crack path of each point with a crack, (p,), mm."""
-        where, lines = self.model.cracks.where, getattr(self.scene.specimen, "paths", [])
+        where, lines = self.model.cracks.where, self.scene.specimen.paths
         return along_paths(where[:, :2] if lines else where, lines)

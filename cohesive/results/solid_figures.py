@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from meshing.star import Star, n_corners
+from meshing.stars import Star
 
 from ..arrays import Array, Index
 
@@ -32,7 +32,7 @@ _LEAST_SPREAD = 1e-3
 
 def draw_body(figure: Figure, left: float, data: RunData, warped: Array, stress: Array) -> Poly3DCollection:
     """The outer faces that the reader sees, crack faces included, with the stress of their cells."""
-    blocks = [(block.kind, block.cells) for block in (*data.model.blocks, *data.model.band)]
+    blocks = [(block.kind, block.cells) for block in (*data.model.bulk, *data.model.band)]
     nodes, cell = outer_faces(blocks)
     corners = warped[nodes]
     outward = -np.cross(corners[:, 2] - corners[:, 0], corners[:, 3 % nodes.shape[1]] - corners[:, 1])
@@ -44,9 +44,7 @@ def draw_crack(figure: Figure, left: float, data: RunData, frame: Frame, warped:
     """The crack surface coloured by its opening, mm; for a crack that may be anywhere, the cells that are open."""
     model, opening = data.model, frame.cracks["opening"]
     if model.cracks.faces is not None:
-        block = model.mesh.cells[-1]
-        minus = block.data[:, : n_corners(block.type)]
-        return _draw(figure, left, warped, warped[minus], opening, _OPENING, "plasma")
+        return _draw(figure, left, warped, warped[model.mesh.minus_faces], opening, _OPENING, "plasma")
     shown = opening > _SHOWN * max(opening.max(initial=0.0), 1e-300)
     first, blocks, values = 0, [], []
     for block in model.band:

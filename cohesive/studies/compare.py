@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from meshing import MeshError
+from meshing.errors import MeshError
 
-from ..errors import NotConverged, SceneError
+from ..errors import Interrupted, NotConverged, SceneError
 from ..results.files import make_folder, write_file, write_text
 from ..results.report import warnings
 from ..results.result import Result
@@ -64,6 +64,9 @@ class Comparison(ComparisonData[Result]):
         write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
 
 
+E = TypeVar("E", SceneError, Interrupted)
+
+
 def compare(
     scene: Scene,
     output: str | Path | None = None,
@@ -82,11 +85,11 @@ def compare(
 
     Raises
     ------
-    SceneError, MeshError
+    SceneError
         For bad input.
-    NotConverged, KeyboardInterrupt
+    NotConverged, Interrupted (a KeyboardInterrupt)
         If not even one step of a run converged, and for an interruption, with the exception's `result` if there is
-        one, and what was finished before it in `finished`. The same for SceneError and MeshError.
+        one. What was finished before is in `finished`, also that of a SceneError.
     """
     results: list[Result] = []
     notes: list[str] = []
@@ -98,14 +101,24 @@ def compare(
     for name, one in zip(MODELS, scenes, strict=True):
         try:
             result = run(one, output=None if output is None else Path(output) / name, on_step=on_step)
-        except (NotConverged, KeyboardInterrupt, SceneError, MeshError) as error:
-            stopped = getattr(error, "result", None)
-            error.finished = results  # type: ignore[union-attr]
-            if not isinstance(error, NotConverged) or stopped is None or not stopped.states:
+        except (NotConverged, SceneError, Interrupted) as error:
+            error.finished = results
+            stopped = error.result
+            if not isinstance(error, NotConverged) or not isinstance(stopped, Result) or not stopped.states:
                 raise
             result = stopped
+        except MeshError as error:
+            raise _with_finished(SceneError(str(error), error.key), results) from error
+        except KeyboardInterrupt as error:  # before the first step
+            raise _with_finished(Interrupted(*error.args), results) from error
         notes += [f"{name}: {note}" for note in (*result.notes, *warnings(result))]
         results.append(result)
     if scene.model.half:
         notes.append("smeared: the whole body; model.half holds for the discrete run only")
     return Comparison(results[0], results[1], notes)
+
+
+def _with_finished(error: E, results: list[Result]) -> E:
+    """An error that carries the runs that were finished before it."""
+    error.finished = results
+    return error

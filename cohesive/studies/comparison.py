@@ -85,7 +85,7 @@ class ComparisonData(Generic[Run]):
         The stages are the peak, half the peak load after it (or halfway to the end), and the end; fewer if they coincide.
         In 3D the opening is the mean over the thickness; a crack without a path has no profiles.
         """
-        if self.discrete.model.mesh.points.shape[1] == 3 and not getattr(self.discrete.scene.specimen, "paths", None):
+        if self.discrete.model.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
             return []
         s, opening, _ = self._pair.upto_end(0)
         found = []

@@ -7,12 +7,11 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from meshing.solids import Extruded, SingleCrack3D
-
 from ..errors import SceneError
-from ..model.cracks import default_width
+from ..model.interface import default_width
 from ..scenes.scene import Scene
-from ..solver.stages import MOTIONS, Stage
+from ..solver.controls import CONTROLS
+from ..solver.stages import Stage
 
 #: values by knob: a factor on what the scene has (the first five and "finer"), or the value itself
 Settings = dict[str, Any]
@@ -54,7 +53,7 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
     values: dict[str, tuple[Any, ...]] = {
         "crack size": (4.0, 2.0, 0.75 if scene.is_solid else 0.5),
         "far size": (2.0, 0.5),
-        "layers": (0.5, 2.0) if isinstance(scene.specimen, Extruded) else (),
+        "layers": (0.5, 2.0) if scene.is_extruded else (),
         "order": (3 - sizes.order,),
         "shape": ("quad" if sizes.shape == "triangle" else "triangle",) if _has_shapes(scene) else (),
         "width": (4.0, 2.0, 0.5, 0.25) if _has_width(scene) else (),
@@ -129,7 +128,7 @@ def _layers(scene: Scene, like: Scene, settings: Settings) -> Changes:
     """Layers through the thickness, which keep their shape; without a number they follow the far size."""
     sizes = like.sizes
     assert sizes is not None
-    has_layers = isinstance(scene.specimen, Extruded) and isinstance(like.specimen, Extruded)
+    has_layers = scene.is_extruded and like.is_extruded
     if not has_layers or (sizes.layers is None and "layers" not in settings):
         return {}
     thickness, like_thickness = (each.crack_area / each.crack_length for each in (scene, like))
@@ -172,11 +171,11 @@ def _has_width(scene: Scene) -> bool:
 
 def _has_shapes(scene: Scene) -> bool:
     """Whether the specimen may be meshed with either shape."""
-    return not isinstance(scene.specimen, SingleCrack3D)
+    return len(scene.specimen.shapes) > 1
 
 
 def _can_be_halved(scene: Scene) -> bool:
-    return scene.model.kind == "discrete" and getattr(scene.specimen, "is_symmetric", False)
+    return scene.model.kind == "discrete" and scene.specimen.symmetry() is not None
 
 
 def _current(scene: Scene, key: str) -> Any:
@@ -207,7 +206,7 @@ def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
         j = min(i, len(like.stages) - 1)
         other, way_there = like.stages[j], _ways(like.stages)[j]
         count = other.count(way_there)
-        if stage.control in MOTIONS and other.control in MOTIONS:
+        if CONTROLS[stage.control].is_motion and CONTROLS[other.control].is_motion:
             count *= max(1.0, (way / opening) / (way_there / opening_there))
         if stage.step is not None:
             if not math.isclose(step := way / (count * factor), stage.step):
@@ -222,7 +221,7 @@ def problem(scene: Scene) -> dict[str, Any]:
     is_discrete = scene.model.kind == "discrete"
     as_printed = scene.interface.width == "h" if is_discrete else None
     return {
-        "specimen": (scene.kind, asdict(scene.specimen)),
+        "specimen": (scene.kind, vars(scene.specimen)),
         "material": asdict(scene.material),
         "model": (scene.model.kind, scene.model.plane, scene.is_solid, as_printed),
         "band": None if is_discrete else asdict(scene.band) | {"width": None},

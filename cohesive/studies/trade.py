@@ -11,8 +11,7 @@ from concurrent.futures import Executor, Future
 from contextlib import nullcontext
 from pathlib import Path
 
-from meshing import MeshError
-from meshing.solids import Extruded
+from meshing.errors import MeshError
 
 from ..errors import NotConverged, SceneError
 from ..results.files import make_folder, write_file, write_text
@@ -198,8 +197,9 @@ def finest(scene: Scene) -> float:
     sizes = scene.sizes
     assert sizes is not None
     across = sizes.crack_size
-    if isinstance(scene.specimen, Extruded):
-        across = scene.specimen.thickness / sizes.layers_through(scene.specimen.thickness)
+    if scene.is_extruded:
+        thickness = scene.crack_area / scene.crack_length
+        across = thickness / sizes.layers_through(thickness)
     elements = scene.crack_area / (sizes.crack_size * across)
     least, most = _FINER_IN_3D
     return round(min(most, max(least, math.sqrt(_ON_CRACK / elements))), 1)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cohesive import Scene, run
-
-from ..conftest import block
+from tests.builders import block
 
 
 @pytest.mark.parametrize("model", ["discrete", "smeared"])

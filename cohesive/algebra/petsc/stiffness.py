@@ -66,8 +66,9 @@ class PetscStiffness:
     def __init__(self, matrix: sp.csc_array) -> None:
         if rank_and_size()[1] > 1 and not _is_started():
             raise SceneError(
-                f"solver.reduction = 'petsc' on {rank_and_size()[1]} processes: expected a call of cohesive.petsc.start() at the "
-                "beginning of the script"
+                f"solver.condensation = 'petsc' on {rank_and_size()[1]} processes: expected a call of "
+                "cohesive.petsc.start() at the beginning of the script",
+                "solver.condensation",
             )
         solver_type()
         self._matrix = matrix
@@ -306,7 +307,7 @@ def solver_type() -> str:
             return name
     if _processes() > 1:
         raise SceneError(
-            f"solver.reduction = 'petsc' on {_processes()} processes: this PETSc was built without a parallel direct solver; "
+            f"solver.condensation = 'petsc' on {_processes()} processes: this PETSc has no parallel direct solver; "
             "expected one with MUMPS or SuperLU_DIST (its configure option --download-mumps --download-scalapack, or on "
             "Debian and Ubuntu apt-get install python3-petsc4py-real)"
         )
@@ -346,6 +347,6 @@ def _mpi() -> Any:
 
 def _missing(package: str, error: ImportError) -> str:
     return (
-        f"solver.reduction = 'petsc' needs the package {package}, which cannot be imported ({error}): "
+        f"solver.condensation = 'petsc' needs the package {package}, which cannot be imported ({error}): "
         "pip install 'cohesive-cracks[petsc]', see 'On several machines' in the README"
     )
