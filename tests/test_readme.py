@@ -9,7 +9,7 @@ import pytest
 
 from cohesive import Scene
 from cohesive.commands.command_line import main
-from cohesive.results.columns import COLUMNS
+from cohesive.solver.columns import COLUMN_NAMES as COLUMNS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

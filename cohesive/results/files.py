@@ -21,7 +21,7 @@ import meshio
 
 from ..errors import SceneError
 from ..scenes.scene import dump_toml
-from .columns import COLUMNS
+from ..solver.columns import COLUMN_NAMES
 from .frames import frame_mesh
 
 if TYPE_CHECKING:
@@ -43,12 +43,12 @@ class HistoryWriter:
                 self._file = open(self._folder / "history.csv", "wb", buffering=0)
             except OSError as error:
                 raise _refused(self._folder / "history.csv", error) from None
-            self._append(COLUMNS)
+            self._append(COLUMN_NAMES)
         return self
 
     def write(self, row: dict[str, float]) -> None:
         """Append a row; SceneError if the disk is full; a row is then written whole or not at all."""
-        self._append([format_value(row[name]) for name in COLUMNS])
+        self._append([format_value(row[name]) for name in COLUMN_NAMES])
 
     def _append(self, row: Sequence[str]) -> None:
         if self._file is None or self._folder is None:
@@ -114,8 +114,8 @@ def write_text(path: Path, text: str) -> None:
 
 def write_history(data: RunData, folder: Path) -> None:
     """history.csv, whole."""
-    rows = zip(*(data.history[name].tolist() for name in COLUMNS), strict=True)
-    lines = [COLUMNS, *(tuple(map(format_value, row)) for row in rows)]
+    rows = zip(*(data.history[name].tolist() for name in COLUMN_NAMES), strict=True)
+    lines = [COLUMN_NAMES, *(tuple(map(format_value, row)) for row in rows)]
     text = "".join(",".join(line) + "\n" for line in lines)
     write_file(folder / "history.csv", lambda path: write_text(path, text))
 

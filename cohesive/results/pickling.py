@@ -15,7 +15,7 @@ _NOT_CARRIED = "a result from a pickle does not carry the stiffness of its body;
 
 @dataclass(frozen=True)
 class Released:
-    """Stands where the stiffness was.
+    """Stands in place of the stiffness.
 
     Attributes
     ----------

@@ -75,7 +75,7 @@ def warnings(data: RunData) -> list[str]:
     load, found = data.history["load"], []
     if not len(load):
         return []
-    peak = int(load.argmax())
+    peak = data.peak_row
     if data.peak_load <= 0:
         found.append(f"warning: no load is positive, they go down to {load.min():.5g} N; check the direction of the drive")
     elif peak in (0, len(load) - 1):
@@ -161,7 +161,7 @@ def _crack_line(data: RunData) -> str:
 def _overload(data: RunData) -> str:
     """A warning if the bulk would crack off the path at the peak; empty if not."""
     model, ft = data.model, data.scene.material.ft
-    frame = data.frame(int(data.history["load"].argmax()))
+    frame = data.frame(data.peak_row)
     over = np.concatenate([major_stress(stress) for stress in frame.stress]) / ft
     volume = np.concatenate([block.volumes() for block in model.bulk])
     share = float(volume[over > _OVERLOADED].sum() / volume.sum())

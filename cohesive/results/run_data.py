@@ -9,7 +9,7 @@ import numpy as np
 from meshing.paths import along_paths
 
 from ..arrays import Array
-from .columns import COLUMNS
+from ..solver.columns import COLUMN_NAMES
 from .frames import Frame, frame_of
 from .pickling import without_factors
 
@@ -46,7 +46,7 @@ class RunData:
         reference: Reference | None,
     ) -> None:
         self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
-        self.history: dict[str, Array] = {name: np.array([row[name] for row in rows]) for name in COLUMNS}
+        self.history: dict[str, Array] = {name: np.array([row[name] for row in rows]) for name in COLUMN_NAMES}
         self.timings = model.timings | {"output": 0.0}
         self.states = states
         self._displacements: Array | None = None  # of all rows, in a result from a pickle

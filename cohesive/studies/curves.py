@@ -51,9 +51,9 @@ def curve_of(data: RunData) -> Curve:
 def residuals(curve: Curve, reference: Reference) -> Array:
     """Load of a curve at the openings of a measured one, less the measured load, (k,), N.
 
-    Inside a measured band the residual is 0, outside the distance from the nearer bound. A curve that goes back counts
-    where it reaches an opening first, and beyond its end with its last load, so that the residuals of all curves against
-    one reference have the same length, as a least-squares fit asks for.
+    Inside a measured band the residual is 0, outside it is the distance from the nearer bound. If a curve goes back, the
+    load counts with which it reaches an opening first. Beyond its end its last load counts: all curves have as many
+    residuals against one reference, as a least-squares fit needs.
     """
     furthest = np.maximum.accumulate(curve.opening)
     first = np.diff(furthest, prepend=-np.inf) > 0

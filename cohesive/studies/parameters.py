@@ -85,9 +85,9 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
 
     Sizes are carried over by the ratio of the crack lengths or that of the characteristic lengths E Gf / ft^2, whichever
     asks for the finer mesh: the first keeps the number of elements along the crack, the second that in its process zone.
-    Layers through a thickness keep their shape. Steps keep their number, and become more where they would grow longer in
-    units of Gf / ft; the interface width follows its own rule; half a body is taken where there is one, a shape and order
-    where the specimen has them; all else is taken as it is.
+    Layers through a thickness keep their shape. Steps keep their number, and become more if they would grow longer in
+    units of Gf / ft. The interface width follows its own rule. Half a body, a shape and an order are taken over if the
+    specimen has them; all else is taken as it is.
 
     Parameters
     ----------

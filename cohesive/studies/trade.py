@@ -33,7 +33,7 @@ _WORTH = 0.9
 #: the reference is finer by this factor in everything, and its error is that of a run half as fine against it
 _FINER = 4.0
 
-#: in 3D, where that would be 64 times the elements, by at least and at most these; between them so that the crack has about
+#: in 3D, by at least and at most these, because 4 would be 64 times the elements; between them so that the crack has about
 #: so many elements
 _FINER_IN_3D, _ON_CRACK = (1.5, 2.5), 350
 

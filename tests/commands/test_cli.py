@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cohesive.commands.command_line import main
-from cohesive.results.columns import COLUMNS
+from cohesive.solver.columns import COLUMN_NAMES as COLUMNS
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
 

@@ -22,7 +22,7 @@ import cohesive.solver.newton
 import meshing.polygon
 from cohesive import Scene, SceneError, run
 from cohesive.__main__ import main
-from cohesive.results.columns import COLUMNS
+from cohesive.solver.columns import COLUMN_NAMES as COLUMNS
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
 

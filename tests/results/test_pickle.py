@@ -82,7 +82,7 @@ def test_a_scene_comes_back_whole() -> None:
 
 
 def test_processes_run_scenes(comparison: Comparison) -> None:
-    """Of a run that stops early what it computed comes back with the exception."""
+    """What a run that stops early has computed comes back with the exception."""
     scene = Scene.load("notched-beam").with_(**SMALL)
     beyond = scene.with_(**{"stage.0.control": "load", "stage.0.to": 1600.0, "stage.0.steps": 3})
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
