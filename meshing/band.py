@@ -106,7 +106,7 @@ def _renumbered(points: Array, blocks: list[tuple[str, Index]]) -> meshio.Mesh:
 
 
 def _sorted_nodes(outline: Outline, strips: list[Strip], width: float) -> tuple[list[Point], dict[Point, tuple[Point, Point]]]:
-    """Named points that gmsh must make nodes, and those on an end of the band, with that end."""
+    """Named points at which gmsh must place a node, and those on an end of the band, with that end."""
     slack = outline.slack
     corners = np.concatenate([side for strip in strips for side in (strip.minus, strip.plus)])
     ends = [end for strip in strips for end in strip.ends]

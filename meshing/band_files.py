@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import meshio
@@ -47,7 +48,7 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
     MeshError
         If the file cannot be used, see `read_mesh`, or lacks the named set or elements in it.
     """
-    path = Path(path)
+    path, nothing = Path(path), np.empty(0, dtype=np.int64)
     mesh = load(path)
     _, sets = named_sets(mesh)
     members, known = cell_members(mesh), BULK_3D if is_solid(mesh) else BULK_2D
@@ -57,20 +58,12 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
         ]
         raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {listed(able)}", "band")
     clean, _, kept = checked(path, mesh, sets)
-    bulk, band = [], []
-    for i, (kind, block) in zip(kept, bulk_cells(clean), strict=True):
-        inside = np.zeros(len(block), dtype=bool)
-        if cells is not None:
-            inside[members[cells][i]] = True
-        bulk.append((kind, block[~inside]))
-        band.append((kind, block[inside]))
-    bulk, band = ([(kind, block) for kind, block in part if len(block)] for part in (bulk, band))
+    bulk, band = _parted(bulk_cells(clean), [members[cells][i] if cells is not None else nothing for i in kept])
     if cells is not None and not band:
         raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(known)}; expected some", "band")
     rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
     if rows is not None:
         clean, bulk, band = _with_rows(clean, bulk, rows)
-    nothing = np.empty(0, dtype=np.int64)
     cell_sets = {"body": [np.arange(len(block)) for _, block in bulk] + [nothing for _ in band]}
     for name, present in (("band", cells is not None), ("row", rows is not None)):
         if present:
@@ -82,6 +75,17 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
         point_sets=clean.point_sets,
         cell_sets=cell_sets,
     )
+
+
+def _parted(blocks: Blocks, members: Sequence[Index]) -> tuple[Blocks, Blocks]:
+    """What of each block is no member, and what is; blocks without a cell are left out."""
+    bulk, band = [], []
+    for (kind, block), at in zip(blocks, members, strict=True):
+        inside = np.zeros(len(block), dtype=bool)
+        inside[at] = True
+        bulk.append((kind, block[~inside]))
+        band.append((kind, block[inside]))
+    return [part for part in bulk if len(part[1])], [part for part in band if len(part[1])]
 
 
 def _rows(points: Array, bulk: Blocks, band: Blocks, along: Array | None) -> Index | None:

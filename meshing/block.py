@@ -132,19 +132,25 @@ def mesh_block(
         for some in (triangles[: len(opened)], triangles[len(opened) :])
     )
     mesh.cells = [block for block in mesh.cells if block.type == "tetra"]
-    slack = SLACK * max(sides)
-    lowest = abs(mesh.points + half) < slack
-    mesh.point_sets = {name: np.array([nearest(mesh, name, p)]) for name, p in (nodes or {}).items()} | {
-        "base": np.flatnonzero(lowest[:, 1]),
-        "top": np.flatnonzero(mesh.points[:, 1] > half[1] - slack),
-        "back": np.flatnonzero(lowest[:, 2]),
-        "front": np.flatnonzero(mesh.points[:, 2] > half[2] - slack),
-        "base_corner": np.flatnonzero(lowest[:, :2].all(axis=1)),
-        "pin": np.flatnonzero(lowest.all(axis=1)),
-    }
+    mesh.point_sets = {name: np.array([nearest(mesh, name, p)]) for name, p in (nodes or {}).items()}
+    mesh.point_sets |= _faces_of_block(mesh.points, half)
     if sizes.order == 2:
         mesh = with_mid_nodes(mesh)
     return insert_cracks(mesh, cut, slit) if conforming else cut_slits(mesh, slit)
+
+
+def _faces_of_block(points: Array, half: Array) -> dict[str, Index]:
+    """The point sets on the faces of a block, by name; see `mesh_block`."""
+    slack = 2 * SLACK * half.max()
+    lowest = abs(points + half) < slack
+    return {
+        "base": np.flatnonzero(lowest[:, 1]),
+        "top": np.flatnonzero(points[:, 1] > half[1] - slack),
+        "back": np.flatnonzero(lowest[:, 2]),
+        "front": np.flatnonzero(points[:, 2] > half[2] - slack),
+        "base_corner": np.flatnonzero(lowest[:, :2].all(axis=1)),
+        "pin": np.flatnonzero(lowest.all(axis=1)),
+    }
 
 
 def facing(points: Array, triangles: Index, normal: Array) -> Index:

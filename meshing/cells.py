@@ -30,8 +30,8 @@ class CellType:
     edges : (first corner, second corner[, mid node]) each, in the order of the mid nodes. In 2D the cell is to the left.
     faces : corners in a ring[, mid nodes, in the order of the ring's edges]; the ring's normal points into the cell.
     flip : node order that reverses the orientation of the cell, its own inverse.
-    neighbours : for each corner to be tested, the three corners beside it, with a positive triple product where the cell is
-        not inverted.
+    neighbours : for each corner to be tested, the three corners beside it, with a positive triple product if the cell is not
+        inverted.
     crack_cell : type of the crack cell between two facets; only bulk cells have one.
     crack_columns : of a crack cell, where its nodes stand in the nodes of the minus facet followed by those of the plus
         facet. Its edges across the crack have no mid node of their own: a corner of the minus side (in quad8 of either) stands

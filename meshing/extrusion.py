@@ -60,7 +60,7 @@ def mesh_prism_band(outline: Outline, sizes: MeshSizes, width: float, thickness:
     Raises
     ------
     MeshError
-        As `mesh_band`; for second order, or too many layers.
+        As `mesh_band`; for elements of second order, or too many layers.
     """
     check_band_order(sizes)
     flat = mesh_band(outline, replace(sizes, layers=None), width)

@@ -24,10 +24,10 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
 
     Parameters
     ----------
-    path : file with triangle, quad, triangle6 or quad8 cells in the x-y plane, or with solid cells, all tetra, all tetra10 or
+    path : file with triangle, quad, triangle6 or quad8 cells in the x-y plane, or with 3D cells, all tetra, all tetra10 or
         all hexahedron; lengths in mm.
-    crack : name of a set of line cells (or of nodes) on the crack path, or polylines that follow element edges. Of a solid
-        mesh, name of a set of triangles or quadrilaterals on the crack surface, or of its nodes. The surface consists of
+    crack : name of a set of line cells (or of nodes) on the crack path, or polylines that follow element edges. In 3D the
+        name of a set of triangles or quadrilaterals on the crack surface, or of its nodes. The surface consists of
         element faces inside the body; it may end inside, and sheets may meet and cross. Of each sheet (a part without
         branches) the first cell's normal points to the plus side; of a set of nodes, the mean normal with positive x, else
         y, else z.
@@ -41,8 +41,8 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
     Raises
     ------
     MeshError
-        If the file cannot be read, has non-finite coordinates or lacks the named set; a plane mesh if it is not plane; a
-        solid one if it has plane cells beside it or inverted ones, or if the set is no surface inside it.
+        If the file cannot be read, has non-finite coordinates or lacks the named set; if a 2D mesh is not plane; if a
+        3D mesh has inverted cells or 2D cells that are no faces of it, or if the set is no surface inside it.
     """
     path = Path(path)
     mesh = load(path)
@@ -64,7 +64,7 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
 
 
 def load(path: Path) -> meshio.Mesh:
-    """The file as it is, its coordinates checked; (m, 2) unless it has solid cells."""
+    """The file as it is, its coordinates checked; (m, 2) unless it has 3D cells."""
     if not path.is_file():
         raise MeshError(f"file = '{path}': there is no such file", "file")
     said = io.StringIO()  # meshio prints why a reader does not take the file, a blank line for a gmsh file

@@ -82,9 +82,13 @@ def nodes_on_segment(points: Array, a: Point, b: Point, slack: float) -> Mask:
 
 
 def along_paths(points: Array, lines: Sequence[Line]) -> Array:
-    """Distance along polylines of their nearest point to each of some points (m, 2); one polyline begins where the last ends.
+    """Distance along a path of its point nearest to each of some points, mm.
 
-    Without a polyline, the distance along the longer side of the points' bounding box.
+    Parameters
+    ----------
+    points : (m, 2)
+    lines : polylines of the path, the distance running on from one to the next. Without one, the distance is along the longer
+        side of the points' bounding box.
     """
     if not lines:
         span = np.ptp(points, axis=0)

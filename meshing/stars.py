@@ -26,7 +26,7 @@ def bulk_cells(mesh: meshio.Mesh) -> Blocks:
     Raises
     ------
     MeshError
-        If it has neither, mixes first and second order, or mixes 3D cells.
+        If it has neither, or mixes cells whose facets differ: first and second order, tetrahedra and hexahedra.
     """
     solid = any(block.type in BULK_3D for block in mesh.cells)
     known = BULK_3D if solid else BULK_2D
@@ -107,7 +107,7 @@ class Star:
         ----------
         cells : the blocks that this star was made of.
         cut : numbers of the facets.
-        n_nodes : of the mesh.
+        n_nodes : number of nodes of the mesh.
 
         Returns
         -------
