@@ -83,11 +83,11 @@ def build(scene: Scene) -> Model:
     bulk = Bulk(points, elastic, cracking, leader, unknowns, operator, active, K)
     try:
         if scene.solver.reduction == "petsc":
-            from ..algebra.petsc.stiffness import unreduced  # with petsc4py, which need not be installed
+            from ..algebra.petsc.stiffness import uncondensed  # with petsc4py, which need not be installed
 
-            condensation = unreduced(bulk)
+            condensation = uncondensed(bulk)
         else:
-            condensation = condense(bulk, scene.solver.reduction)
+            condensation = condense(bulk, {"condensed": "always", "none": "never"}.get(scene.solver.reduction, "auto"))
     except SceneError:
         raise
     except ValueError as error:
