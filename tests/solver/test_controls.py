@@ -196,7 +196,7 @@ def test_exceptions_travel_between_processes() -> None:
     made = [SceneError("a.b = 1: expected 2", key="a.b"), NotConverged("no", key="solver.tol"), PointFailure("none", 7)]
     made.append(Interrupted())  # type: ignore[arg-type]
     for error in made:
-        error.result, error.finished = [1.0], {"a": 2}
+        error.result, error.finished = 1.0, [2]
         copy = pickle.loads(pickle.dumps(error))
         assert type(copy) is type(error) and str(copy) == str(error) and vars(copy) == vars(error)
-    assert SceneError("x").key == "" and SceneError("x").result is None and Interrupted().finished is None
+    assert SceneError("x").key == "" and SceneError("x").result is None and Interrupted().finished == ()
