@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 
@@ -16,7 +17,7 @@ class SceneError(ValueError):
     """
 
     result: object = None
-    finished: object = None
+    finished: Sequence[object] = ()
 
     def __init__(self, message: str = "", key: str = "") -> None:
         super().__init__(message)
@@ -47,7 +48,7 @@ class NotConverged(RuntimeError):
     """
 
     result: object = None
-    finished: object = None
+    finished: Sequence[object] = ()
 
     def __init__(self, message: str = "", key: str = "") -> None:
         super().__init__(message)
@@ -83,4 +84,4 @@ class Interrupted(KeyboardInterrupt):
     """
 
     result: object = None
-    finished: object = None
+    finished: Sequence[object] = ()

@@ -169,9 +169,9 @@ def _without_cancelled(operator: sp.csr_array) -> sp.csr_array:
 def _condensed(bulk: Bulk, wanted: str) -> Condensation:
     """The bulk as the solver sees it."""
     if wanted == "petsc":
-        from ..algebra.petsc.stiffness import unreduced  # with petsc4py, which need not be installed
+        from ..algebra.petsc.stiffness import uncondensed  # with petsc4py, which need not be installed
 
-        return unreduced(bulk)
+        return uncondensed(bulk)
     try:
         return condense(bulk, wanted)
     except ValueError as error:

@@ -130,8 +130,8 @@ def advance(
     reach = max(abs(target - asked.value(problem, start)), 1e-300) if reach is None else reach
     with np.errstate(over="ignore", invalid="ignore"):  # of an iterate that runs away, which the residual tells
         trial = _newton(_Equations(problem, start, asked, target, damping, reach), start, reversal)
-        while (grown := problem.point_law.nucleate(start.cracks, trial.state.cracks)) is not None:
-            start = replace(start, cracks=grown)
+        while (nucleated := problem.point_law.nucleate(start.cracks, trial.state.cracks)) is not None:
+            start = replace(start, cracks=nucleated)
             again = _newton(_Equations(problem, start, asked, target, damping, reach), trial.state, False)
             trial = Equilibrium(again.state, trial.iterations + again.iterations, trial.residuals + again.residuals)
     return trial
@@ -181,8 +181,8 @@ class _Equations:
         # rounding excuses little: a part that flies off has a large one
         is_rounding = error <= min(rounding, ROUNDING * now.scale)
         balanced = error <= tol * now.scale or is_rounding
-        settled = correction <= (max(tol, ROUNDING) if is_rounding else tol)
-        return balanced and abs(now.gap) <= tol and settled
+        is_small = correction <= (max(tol, ROUNDING) if is_rounding else tol)
+        return balanced and abs(now.gap) <= tol and is_small
 
 
 def _newton(step: _Equations, guess: State, reversal: bool) -> Equilibrium:

@@ -16,7 +16,7 @@ from .stages import DEFAULT_STEPS
 from .steps import SMALLEST_STEP, next_size
 
 #: damped steps in which a snapping crack must come to rest
-SETTLING_STEPS = 60
+SNAPPING_STEPS = 60
 
 
 def snap_through(problem: Problem, start: State, control: str, target: float, reach: float) -> Equilibrium:
@@ -33,7 +33,7 @@ def snap_through(problem: Problem, start: State, control: str, target: float, re
     """
     stiffest = float(problem.point_law.elastic().max())
     damping, iterations = stiffest, 0
-    for _ in range(SETTLING_STEPS):
+    for _ in range(SNAPPING_STEPS):
         try:
             trial = advance(problem, start, control, target, damping=damping, reach=reach)
         except NotConverged:
@@ -73,10 +73,10 @@ def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
     load = _load_to_onset(problem, start, problem.operator.deformation(rate))
     v, load = start.v + load * rate, start.load + load
     cracks, _ = problem.point_law.update(problem.operator.deformation(v), start.cracks)
-    grown = problem.point_law.nucleate(start.cracks, cracks)
-    if grown is not None:
-        start = replace(start, cracks=grown)
-        cracks, _ = problem.point_law.update(problem.operator.deformation(v), grown)
+    nucleated = problem.point_law.nucleate(start.cracks, cracks)
+    if nucleated is not None:
+        start = replace(start, cracks=nucleated)
+        cracks, _ = problem.point_law.update(problem.operator.deformation(v), nucleated)
     residual = problem.unbalanced(problem.bulk(v) + problem.operator.force(cracks.stress) - load * problem.drive)
     error = float(np.linalg.norm(residual)) / abs(load)
     if error > problem.tol:

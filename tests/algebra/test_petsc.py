@@ -134,7 +134,7 @@ def test_without_the_package_the_run_says_what_to_install(
     stiffness.solver_type.cache_clear()
     assert main(["run", "single-crack", "-o", str(tmp_path), "--set", "solver.reduction=petsc"]) == 2
     err = capsys.readouterr().err
-    assert err.startswith("cohesive: solver.reduction = 'petsc' needs the package petsc4py") and len(err.splitlines()) == 1
+    assert err.startswith("cohesive: solver.condensation = 'petsc' needs the package petsc4py") and len(err.splitlines()) == 1
     assert "pip install 'cohesive-cracks[petsc]'" in err
 
 
