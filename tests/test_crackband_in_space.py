@@ -127,7 +127,7 @@ def test_open_planes_share_their_shear(planes: int, rank: int) -> None:
         check(law, state)
     assert len(state.planes.point) == planes
     ((points, numbers),) = groups(state.planes.point)
-    group = Group(law, state.planes, numbers, state.deformation[points])
+    group = Group(law.plane, law.D, law.compliance, state.planes, numbers, state.deformation[points])
     group.e = state.planes.strain[numbers].reshape(1, -1)
     M = group._matrix(group._at(group.e, group.strain, np.array([0]))[1], np.array([0]))[0]
     values = np.linalg.svd(M)[1]
