@@ -94,7 +94,8 @@ def steepest_rise(curve: Softening) -> Rise | None:
         return None
     w, stress, slope = w[rising], stress[rising], slope[rising]
     largest = stress / slope - w
-    i = int(largest.argmin())
+    # along a straight branch all places are equal but for rounding: its beginning
+    i = int(np.argmax(largest <= largest.min() + 1e-9 * (w + stress / slope)))
     return Rise(float(w[i]), float(stress[i]), float(slope[i]), float(largest[i]))
 
 

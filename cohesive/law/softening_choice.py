@@ -90,6 +90,18 @@ def curve_of(softening: Any, ft: float, Gf: float) -> Softening:
     return curve
 
 
+def softening_name(softening: Any) -> str:
+    """A normalized value in few words, for summaries and legends."""
+    if isinstance(softening, str):
+        return softening
+    if not isinstance(softening, Mapping):
+        return type(softening).__name__
+    if "kink" in softening:
+        x, y = softening["kink"]
+        return f"kink at {x:g} Gf/ft, {y:g} ft"
+    return f"{len(softening['points'])} points"
+
+
 def softening_data(softening: Any) -> str | dict[str, Any]:
     """The value as it stands in a TOML file: a name, or {"kink": ...} or {"points": ...}.
 
