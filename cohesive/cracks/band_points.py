@@ -166,7 +166,8 @@ class CrackBand:
 
     def is_damaging(self, deformation: Array, start: BandState) -> bool:
         state, _ = self.update(deformation, start)
-        return bool((state.planes.Z > start.planes.Z).any()) or self.nucleate(start, state) is not None
+        ended = self.plane.with_width(start.planes.length).has_ended(start.planes.Z)
+        return bool(((state.planes.Z > start.planes.Z) & ~ended).any()) or self.nucleate(start, state) is not None
 
     def is_on_surface(self, state: BandState) -> bool:
         cracks = state.planes
@@ -174,13 +175,13 @@ class CrackBand:
             return False
         law = self.plane.with_width(cracks.length)
         on_surface = law.history(cracks.jump, np.zeros_like(cracks.Z)) >= cracks.Z
-        return bool((on_surface & (cracks.Z > law.Zt)).any())
+        return bool((on_surface & (cracks.Z > law.Zt) & ~law.has_ended(cracks.Z)).any())
 
     def is_separated(self, state: BandState) -> bool:
-        # where every point is cracked beyond 3.5 Zm, see InterfaceLaw
         cracks = state.planes
-        open_ = (cracks.Z > 3.5 * self.concrete.Zm) & (abs(cracks.traction).max(axis=1) < 1e-8 * self.concrete.ft)
-        return len(np.unique(cracks.point[open_])) == len(self.corners)
+        spent = self.plane.with_width(cracks.length).is_spent(cracks.Z)
+        spent &= abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.concrete.ft
+        return len(np.unique(cracks.point[spent])) == len(self.corners)
 
     def energies(self, state: BandState) -> tuple[Array, Array]:
         """Elastic energy of the stress, and what the planes store beyond it: the energy of the undamaged part of

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
-from .softening import SOFTENING, Softening
+import numpy as np
+
+from .softening import Softening
+from .softening_branches import Rise, first_branch, opening_of_first_branch, spent, steepest_rise
+from .softening_choice import curve_of, fixes_strength, normalized, strength_and_energy
+
+
+class Derived(float):
+    """A parameter that was not given but follows from others. `dataclasses.replace` hands it on, and it follows again;
+    float(value) makes a given number of it."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +30,13 @@ class Concrete:
     ----------
     E, nu : Young's modulus (MPa) and Poisson's ratio, 0 <= nu < 0.5.
     ft : uniaxial tensile strength (MPa).
-    Gf : mode I fracture energy (N/mm).
+    Gf : mode I fracture energy (N/mm). ft and Gf follow from `softening` if that is a list of points or an object; they may
+        then be given besides only if they agree.
     h : physical width of the fracture process zone (mm), three times the coarse aggregate.
     m_g : slope of the contact cone.
     r_sigma, mu_sigma : shear intercept over ft and friction factor of the damage surface.
     c, p : decay lengths (in units of Zm) and proportions of the three asperity sizes, eq. (13).
-    c1 : end of softening, Zm = c1 Gf / ft.
+    c1 : gives Zm = c1 Gf / ft. From the softening curve it cancels.
     n_g : nose radius of the contact surface in units of Zm, eq. (10).
     r_z : smoothing length without damage in units of Zm, eq. (18). The print gives 0.018 without a
         unit; read as millimetres (r_z = 0.018 / Zm) contact eats the softening branch.
@@ -39,7 +50,15 @@ class Concrete:
     contact : "printed", or "potential" for the mended form of `potential_contact`, which creates no energy in cycles at
         constant damage and never is stiffer than the concrete.
     shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
-    softening : name of a registered curve, see `softening.SOFTENING`, or an object with the protocol `softening.Softening`.
+    softening : stress over opening beyond the onset of damage, w = Z - Zt: the name of a registered curve, see
+        `softening.SOFTENING`; {"kink": [x, y]}, two straight branches that meet at the opening x Gf/ft and the stress y ft;
+        {"points": [[w, stress], ...]} in mm and MPa, from w = 0 to a last stress of 0; or an object with the protocol
+        `softening.Softening`. It may rise again if the secant falls, slope (Zt + w) < stress, see `CrackPlane`.
+    Zm : length of the asperities (mm), the paper's u0, which scales everything of the contact and nothing of the curve.
+        Default: c1 Gf / ft; with points or an object c1 min(Gf / ft, w1), where w1 is the opening at which the steepest
+        secant of the first branch reaches zero stress. For the exponential curve w1 is Gf / ft. The tail of a fibre concrete
+        holds most of its energy, and tells nothing of the asperities: with c1 Gf / ft they would be decimetres high. Read
+        back, a Zm that was not given is the number that follows, and follows again after `dataclasses.replace`.
 
     Raises
     ------
@@ -49,8 +68,8 @@ class Concrete:
 
     E: float
     nu: float
-    ft: float
-    Gf: float
+    ft: float = None  # type: ignore[assignment]  # as Gf and Zm a number once the concrete is made, see `Derived`
+    Gf: float = None  # type: ignore[assignment]
     h: float = 60.0
     m_g: float = 0.425
     r_sigma: float = 1.25
@@ -67,6 +86,7 @@ class Concrete:
     contact: str = "printed"
     shear_scaling: bool = True
     softening: Any = field(default="exponential", hash=False)
+    Zm: float = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
@@ -78,8 +98,12 @@ class Concrete:
             raise ValueError(f"contact = {self.contact!r}: expected 'printed' or 'potential'")
         if self.contact == "potential" and not self.shear_scaling:
             raise ValueError("shear_scaling = False: contact = 'potential' does not depend on the width; expected True")
+        object.__setattr__(self, "softening", normalized(self.softening))
+        self._follow_curve()
         for name in (f.name for f in fields(self) if f.type == "float"):
             value = getattr(self, name)
+            if name == "Zm" and (value is None or isinstance(value, Derived)):
+                continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
                 raise ValueError(f"{name} = {value!r}: expected a finite number")
             if name in _POSITIVE and not value > 0:
@@ -94,24 +118,71 @@ class Concrete:
             raise ValueError(f"c = {list(self.c)}: expected three numbers above 0")
         if min(self.p) < 0 or abs(sum(self.p) - 1.0) > 1e-9:
             raise ValueError(f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}")
+        assert self.curve  # which refuses what is no curve
+        self._follow_size()
 
     @property
     def G(self) -> float:
         """Shear modulus, MPa."""
         return self.E / (2.0 * (1.0 + self.nu))
 
-    @property
-    def Zm(self) -> float:
-        """Opening at the effective end of softening, mm (also the paper's u0)."""
-        return self.c1 * self.Gf / self.ft
+    def _follow_curve(self) -> None:
+        """ft and Gf of a curve that fixes them."""
+        if not fixes_strength(self.softening):
+            for name in ("ft", "Gf"):
+                value = getattr(self, name)
+                if value is None:
+                    raise ValueError(f"{name} is missing: expected a number above 0, or softening = {{points = ...}}")
+                if isinstance(value, Derived):  # from points that have been replaced
+                    object.__setattr__(self, name, float(value))
+            return
+        for name, found in zip(("ft", "Gf"), strength_and_energy(self.softening), strict=True):
+            given = getattr(self, name)
+            is_given = given is not None and not isinstance(given, Derived)
+            if is_given and not (isinstance(given, (int, float)) and abs(given - found) <= _AGREEMENT * found):
+                raise ValueError(f"{name} = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}")
+            object.__setattr__(self, name, Derived(found))
+
+    def _follow_size(self) -> None:
+        """Zm, if it was not given."""
+        if self.Zm is not None and not isinstance(self.Zm, Derived):
+            return
+        length = self.c1 * self.Gf / self.ft
+        if fixes_strength(self.softening):
+            length = min(length, self.c1 * self._first_opening())
+        object.__setattr__(self, "Zm", Derived(length))
+
+    def _first_opening(self) -> float:
+        w1 = opening_of_first_branch(self.curve)
+        if not math.isfinite(w1):
+            raise ValueError(
+                "Zm is missing: the softening curve rises from its beginning, which tells nothing of the size of the "
+                "asperities; expected a length in mm"
+            )
+        return w1
 
     @cached_property
     def curve(self) -> Softening:
         """The softening curve, stress over w = Z - Zt."""
-        if isinstance(self.softening, str):
-            return SOFTENING[self.softening](self.ft, self.Gf)
-        curve: Softening = self.softening
-        return curve
+        return curve_of(self.softening, float(self.ft), float(self.Gf))
+
+    @cached_property
+    def spent(self) -> float:
+        """Opening beyond the onset from which on the curve gives no traction, mm: its end; 17.5 Gf/ft of the exponential one,
+        where its stress is below 1e-7 ft."""
+        return spent(self.curve)
+
+    @cached_property
+    def steepest_rise(self) -> Rise | None:
+        """Where the softening curve rises most steeply against its secant, or None if it never rises."""
+        return steepest_rise(self.curve)
+
+    @cached_property
+    def first_branch_work(self) -> float:
+        """Area under the first branch of the softening curve, N/mm: up to its first kink or minimum, see
+        `softening_branches.first_branch`, else Gf. The elastic energy of a crack plane, ft^2 width/2E, counts against it:
+        a wide plane stretches the curve, and the peak feels it long before Gf does."""
+        return float(self.curve.work(np.array([first_branch(self.curve)]))[0])
 
     @property
     def characteristic_length(self) -> float:
@@ -127,12 +198,13 @@ class Concrete:
         ValueError
             For a name that is not in `PRESETS` or a parameter out of range.
         """
-        if name not in PRESETS:
-            raise ValueError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}")
-        return cls(**{**PRESETS[name], **changes})  # type: ignore[arg-type]
+        return cls(**with_preset(name, changes))
 
 
-_POSITIVE = ("E", "ft", "Gf", "h", "m_g", "r_sigma", "c1", "n_g", "c_zn", "c_lm")
+_POSITIVE = ("E", "ft", "Gf", "h", "m_g", "r_sigma", "c1", "n_g", "c_zn", "c_lm", "Zm")
+
+#: ft and Gf that are given besides points may differ from theirs by this part
+_AGREEMENT = 1e-6
 
 #: Tables 1 and 3 of the paper: the crack-plane paths and Examples 1 to 4.
 PRESETS: dict[str, dict[str, object]] = {
@@ -145,6 +217,23 @@ PRESETS: dict[str, dict[str, object]] = {
     },
     "walraven": {"E": 25e3, "nu": 0.2, "ft": 2.5, "Gf": 0.10, "m_g": 0.28},
 }  # fmt: skip
+
+
+def with_preset(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a preset with some changed. Of a preset with points or an object for a softening curve, ft and Gf are
+    those of the curve.
+
+    Raises
+    ------
+    ValueError
+        For a name that is not in `PRESETS`, or a softening that is none.
+    """
+    if name not in PRESETS:
+        raise ValueError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}")
+    preset = dict(PRESETS[name])
+    if fixes_strength(normalized(changes.get("softening", "exponential"))):
+        del preset["ft"], preset["Gf"]
+    return {**preset, **changes}
 
 
 def _triple(name: str, value: object) -> tuple[float, float, float]:

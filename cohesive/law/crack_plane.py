@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from .concrete import Concrete
 from .contact_surface import ContactSurface, smoothing_length
 from .potential_contact import potential_contact
 from .printed_contact import printed_contact
+from .softening_branches import Rise
 
 
 class CrackPlane:
@@ -30,7 +31,8 @@ class CrackPlane:
     Raises
     ------
     ValueError
-        For a width that is not a finite number above 0.
+        For a width that is not a finite number above 0, or so large that the softening curve rises faster than its secant
+        falls: opening would mend damage.
 
     Attributes
     ----------
@@ -49,6 +51,9 @@ class CrackPlane:
             self.width = float(width)
         self.concrete = concrete
         self.Zt: Any = self.width * concrete.ft / concrete.E
+        rise = concrete.steepest_rise
+        if rise is not None and not np.max(self.Zt, initial=0.0) < rise.largest_Zt:
+            raise ValueError(_too_steep(concrete, float(np.max(self.width)), rise))
 
     def __repr__(self) -> str:
         return f"CrackPlane({self.concrete!r}, width={self.width!r})"
@@ -140,6 +145,14 @@ class CrackPlane:
         """omega of eq. (5), (n,)."""
         return 1.0 - self.intact(np.maximum(Z, self.Zt))
 
+    def has_ended(self, Z: Array) -> Mask:
+        """Whether the softening curve has ended at the history Z, (n,): 1 - omega is 0, and nothing more can be dissipated."""
+        return np.asarray(self.Zt + self.concrete.curve.end <= Z)
+
+    def is_spent(self, Z: Array) -> Mask:
+        """Whether opening can bring no traction back, (n,): beyond the end of the curve, or where too little is left."""
+        return np.asarray(self.Zt + self.concrete.spent <= Z)
+
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""
         jump, Z = _checked(jump, Z)
@@ -229,6 +242,16 @@ class CrackPlane:
         if m.contact == "potential":
             return at, *potential_contact(m, k, jump[at], Z[at])
         return at, *printed_contact(m, k, width, jump[at], surface.part(at), tangent)
+
+
+def _too_steep(concrete: Concrete, width: float, rise: Rise) -> str:
+    """Why a softening curve does not fit a width."""
+    widest = rise.largest_Zt * concrete.E / concrete.ft
+    wanted = f"a width below {widest:.3g} mm" if widest > 0 else "a flatter rise"
+    return (
+        f"softening: at w = {rise.w:.4g} mm, {rise.stress:.4g} MPa, the stress rises by {rise.slope:.4g} MPa/mm; for a width "
+        f"of {width:.4g} mm slope (Zt + w) has to be less than the stress; expected {wanted}"
+    )
 
 
 def _checked(jump: Array, Z: Array) -> tuple[Array, Array]:
