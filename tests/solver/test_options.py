@@ -8,24 +8,7 @@ import pytest
 from cohesive import Scene, SceneError, run
 from cohesive.model.build import build
 from cohesive.solver.march import March
-from cohesive.solver.newton import MAX_ITERATIONS
 from tests.builders import block
-
-SHORT = {"solver.tol": 1e-11, "stage.0.to": [0.036, 0.03], "stage.0.steps": 5}
-
-
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
-def test_secant_finds_the_same_in_more_iterations(beam: Scene, model: str) -> None:
-    """Past the peak and some way back."""
-    scene = beam.with_(**SHORT, **{"model.kind": model})
-    newton, secant = (run(scene.with_(**{"solver.tangent": tangent})) for tangent in ("consistent", "secant"))
-    largest = abs(newton.history["load"]).max()
-    # linear convergence: what is left is the last correction (1e-11) over 1 - its rate, here below 0.97
-    np.testing.assert_allclose(secant.history["load"], newton.history["load"], atol=1e-9 * largest)
-    np.testing.assert_allclose(secant.history["dissipated"], newton.history["dissipated"], rtol=1e-8)
-    assert not secant.history["cuts"].any()
-    assert secant.iterations > 5 * newton.iterations  # else it is the same tangent
-    assert secant.history["iterations"].max() > MAX_ITERATIONS  # which would have cut the step
 
 
 def test_steps_that_converge_easily_grow_and_end_at_the_same_target(beam: Scene) -> None:

@@ -11,7 +11,6 @@ import pytest
 from cohesive import Comparison, Scene, compare, run
 from cohesive.commands.cli import main
 from cohesive.elements.bulk import ELEMENTS
-from cohesive.model.build import build
 from cohesive.studies.compare import _along
 from examples import discrete_and_smeared, sandwich_panel
 from tests.builders import block
@@ -138,48 +137,6 @@ def test_a_new_plane_turns_at_will_where_the_principal_stresses_are_alike(monkey
     monkeypatch.setattr("cohesive.cracks.band_points._ALIGNED", -np.inf)  # never as good as the major one
     turned = fine_beam(**{"stage.0.steps": 120})[1]
     assert turned > 1.02 * energies[1]
-
-
-# -- the sandwich panel: a platen that moves both ways ------------------------------------------
-
-
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
-def test_a_platen_sheared_at_constant_opening(model: str) -> None:
-    changes = {"mesh.crack_size": 100.0, "mesh.far_size": 100.0, "stage.0.steps": 20, "stage.1.steps": 10, "output.frames": 0}
-    scene = Scene.load("sandwich-panel").with_(**changes, **{"model.kind": model, "solver.tol": 1e-11})
-    result = run(scene)
-    h, last = result.history, result.last
-    drives = [state.v[result.problem.drives] for state in (result._states[19], last)]
-    np.testing.assert_allclose(drives, [[0.1, 0.0], [0.1, 0.2]], atol=1e-12)  # normal and shear motion of the platen
-    assert h["driven"][19] == pytest.approx(0.1) and h["driven"][-1] == pytest.approx(0.2)
-    # the load is the force along the drive: the mean traction on the crack times its area
-    area = 400.0 * 100.0
-    np.testing.assert_allclose(h["load"][:20], area * h["stress_n"][:20], rtol=1e-6 if model == "discrete" else 2e-2)
-    np.testing.assert_allclose(h["load"][20:], area * h["stress_s"][20:], atol=2e-2 * h["load"][20:].max())
-    assert result.energy_error < 2e-2
-    full = run(scene.with_(**{"solver.reduction": "none"}))
-    for name in ("load", "opening", "sliding", "work", "dissipated"):
-        np.testing.assert_allclose(full.history[name], h[name], rtol=1e-7, atol=1e-8 * abs(h[name]).max())
-
-
-def test_an_oblique_platen_moves_along_its_angle() -> None:
-    scene = Scene.load("sandwich-panel").with_(
-        **{
-            "mesh.crack_size": 100.0,
-            "mesh.far_size": 100.0,
-            "stage": [{"control": "driven", "to": 0.05, "steps": 10, "angle": 30}],
-        }
-    )
-    result = run(scene)
-    moved = np.array([state.v[result.problem.drives] for state in result._states])
-    t = np.radians(30)
-    np.testing.assert_allclose(moved, result.history["driven"][:, None] * [np.cos(t), np.sin(t)], atol=1e-15)
-    assert result.energy_error < 2e-2
-
-
-def test_the_elastic_panel_is_held(tmp_path: Path) -> None:
-    problem = build(Scene.load("sandwich-panel").with_(**{"mesh.crack_size": 100.0, "mesh.far_size": 100.0})).problem
-    assert problem.is_held() and problem.driven(90.0).is_held()
 
 
 # -- the examples, small ------------------------------------------------------------------------
