@@ -31,8 +31,8 @@ QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set",
 PLACES = {
     "meshing": (meshing.plane, "generate", 1),
     "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
-    "the first step": (cohesive.solver.newton, "_newton", 1),
-    "Newton": (cohesive.solver.newton, "_newton", 8),
+    "the first step": (cohesive.solver.newton, "next_state", 1),
+    "Newton": (cohesive.solver.newton, "next_state", 8),
     "the pictures": (cohesive.results.figures, "save_deformed", 1),
     "renaming a file": (os, "replace", 4),
 }
@@ -112,9 +112,9 @@ def test_a_signal_ends_a_run_and_keeps_its_history(
     ("place", "discrete", "smeared"),
     [
         ((meshing.plane, "generate", 1), False, False),
-        ((cohesive.solver.newton, "_newton", 8), True, False),
+        ((cohesive.solver.newton, "next_state", 8), True, False),
         ((cohesive.algebra.choice, "nested_dissection", 2), True, False),  # the second model, before its first step
-        ((cohesive.solver.newton, "_newton", 30), True, True),
+        ((cohesive.solver.newton, "next_state", 30), True, True),
     ],
 )
 def test_a_signal_ends_a_comparison(

@@ -32,7 +32,7 @@ def test_how_a_step_grows(tangent: str, per_step: int) -> None:
         (0.25, 6, 0.5), (0.25, 7, 0.25), (1.0, 6, 1.0), (1.0, 2, 2.0), (3.0, 2, 4.0), (3.0, 3, 3.0), (4.0, 7, 2.0),
         (1.5, 7, 1.0),
     ):  # fmt: skip
-        assert march._next(size, per_step * iterations, 1.0) == following
+        assert march.next_size(size, per_step * iterations, 1.0) == following
 
 
 @pytest.mark.parametrize(

@@ -113,9 +113,6 @@ def test_a_platen_sheared_at_constant_opening(model: str) -> None:
     np.testing.assert_allclose(h["load"][:20], area * h["stress_n"][:20], rtol=1e-6 if model == "discrete" else 2e-2)
     np.testing.assert_allclose(h["load"][20:], area * h["stress_s"][20:], atol=2e-2 * h["load"][20:].max())
     assert result.energy_error < 2e-2
-    full = run(scene.with_(**{"solver.reduction": "none"}))
-    for name in ("load", "opening", "sliding", "work", "dissipated"):
-        np.testing.assert_allclose(full.history[name], h[name], rtol=1e-7, atol=1e-8 * abs(h[name]).max())
 
 
 def test_an_oblique_platen_moves_along_its_angle() -> None:

@@ -11,7 +11,7 @@ import pytest
 from cohesive import Comparison, Scene, compare, run
 from cohesive.commands.cli import main
 from cohesive.elements.bulk import ELEMENTS
-from cohesive.studies.compare import _along
+from cohesive.studies.compare import positions_along
 from examples import discrete_and_smeared, sandwich_panel
 from tests.builders import block
 
@@ -90,8 +90,8 @@ def test_a_half_body_is_whole_in_the_band(beam: Scene) -> None:
 def test_positions_along_a_kinked_path() -> None:
     lines = [[(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]]
     points = np.array([[1.0, 0.1], [3.2, 2.0], [3.0, 4.0], [-1.0, 0.0]])
-    np.testing.assert_allclose(_along(points, lines), [1.0, 5.0, 7.0, 0.0])
-    np.testing.assert_allclose(_along(np.array([[0.0, 1.0], [0.1, 4.0]]), []), [0.0, 3.0])
+    np.testing.assert_allclose(positions_along(points, lines), [1.0, 5.0, 7.0, 0.0])
+    np.testing.assert_allclose(positions_along(np.array([[0.0, 1.0], [0.1, 4.0]]), []), [0.0, 3.0])
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,7 +126,7 @@ def fine_beam(**changes: object) -> tuple[float, float]:
 
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
-    monkeypatch.setattr("cohesive.model.cracks._centre_line", lambda n, d: ELEMENTS["quad"][1])
+    monkeypatch.setattr("cohesive.model.cracks.centre_line", lambda n, d: ELEMENTS["quad"][1])
     locked_peak, locked_energy = fine_beam()
     assert locked_peak > 1.03 * peak and locked_energy > 1.1 * energy
 
@@ -134,7 +134,7 @@ def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatc
 def test_a_new_plane_turns_at_will_where_the_principal_stresses_are_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     energies = [fine_beam(**{"stage.0.steps": steps})[1] for steps in (60, 120)]
     assert energies[1] == pytest.approx(energies[0], rel=2e-3)
-    monkeypatch.setattr("cohesive.cracks.band_points._ALIGNED", -np.inf)  # never as good as the major one
+    monkeypatch.setattr("cohesive.cracks.band_points.ALIGNED", -np.inf)  # never as good as the major one
     turned = fine_beam(**{"stage.0.steps": 120})[1]
     assert turned > 1.02 * energies[1]
 

@@ -17,7 +17,7 @@ SMALL = {"stage__0__to": 0.02, "solver__tol": 1e-6}
 
 @pytest.fixture(autouse=True)
 def _once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trade._REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trade.REPEATED", 0.0)
 
 
 def test_a_client_runs_the_trials() -> None:

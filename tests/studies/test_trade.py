@@ -13,7 +13,7 @@ import pytest
 from cohesive import Scene, SceneError
 from cohesive.commands.cli import main
 from cohesive.studies.parameters import KNOBS, changes
-from cohesive.studies.trade import Cost, Trade, Trial, _combined, _finest, trade
+from cohesive.studies.trade import Cost, Trade, Trial, combined, finest_factor, trade
 from tests.builders import OF_A_FILE
 
 CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
@@ -27,7 +27,7 @@ def pool() -> Iterator[Executor]:
 
 
 def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trade._REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trade.REPEATED", 0.0)
     seen: list[Trial] = []
     found = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
     assert {id(trial) for trial in seen} == {id(trial) for trial in found.trials} and found.trials[0].settings == {}
@@ -63,7 +63,7 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize("name", ["notched-beam-3d", "single-crack-3d"])
 def test_a_trade_in_space(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trade._REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trade.REPEATED", 0.0)
     sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
     if name == "single-crack-3d":
         sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
@@ -78,10 +78,10 @@ def test_a_trade_in_space(name: str, pool: Executor, monkeypatch: pytest.MonkeyP
 
 def test_a_body_with_a_large_crack_gets_a_reference_that_can_be_paid() -> None:
     beam = Scene.load("notched-beam-3d")
-    assert _finest(Scene.load("notched-beam")) == 4.0
+    assert finest_factor(Scene.load("notched-beam")) == 4.0
     # 25 mm of crack with 4 layers: 50, 100 and 250 elements for 350 would be 2.6, 1.9 and 1.2 times finer
     for keys, factor in (({}, 2.5), ({"mesh.crack_size": 1.0}, 1.9), ({"mesh.crack_size": 1.0, "mesh.layers": 10}, 1.5)):
-        assert _finest(beam.with_(**keys)) == factor
+        assert finest_factor(beam.with_(**keys)) == factor
 
 
 def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() -> None:
@@ -101,12 +101,12 @@ def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() ->
         Trial({"half": True}, failure="no"),
     ]
     finer = [one(0.001, 3.0, finer=2.0), one(0.0, 9.0, finer=4.0)]
-    assert _combined(trials, 0.001, finer) == [
+    assert combined(trials, 0.001, finer) == [
         {"steps": 0.25, "crack size": 2.0},  # 5 %
         {"steps": 0.5, "crack size": 2.0},  # 1 %
         {"finer": 2.0, "steps": 0.75, "crack size": 2.0},  # 0.2 %, which the scene as it is does not reach
     ]
-    assert _combined(trials, 0.003, finer) == [{"steps": 0.25, "crack size": 2.0}, {"steps": 0.5, "crack size": 2.0}]
+    assert combined(trials, 0.003, finer) == [{"steps": 0.25, "crack size": 2.0}, {"steps": 0.5, "crack size": 2.0}]
 
 
 def test_a_setting_that_fails_is_a_row_with_its_reason() -> None:
@@ -143,7 +143,7 @@ def test_on_another_scene_errors_may_not_cancel() -> None:
 
 
 def test_some_knobs_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trade._REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trade.REPEATED", 0.0)
     scene = Scene.load("notched-beam").with_(**CHANGES, **{"stage.0.to": 0.03})
     labels = {trial.label for trial in trade(scene, pool, knobs=["half", "tolerance"]).trials}
     singles = {"half", "tolerance 0.01", "tolerance 0.001", "tolerance 1e-06"}
