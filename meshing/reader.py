@@ -209,7 +209,7 @@ def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -
     """Faces of a set: its triangles or quadrilaterals, else every element face between its nodes; turned the same way."""
     if cells:
         faces = np.concatenate(cells)
-        return np.where(_turned(name, faces)[0][:, None], faces[:, ::-1], faces)
+        return np.where(turned_faces(name, faces)[0][:, None], faces[:, ::-1], faces)
     star = _facets_between(mesh, nodes)
     if not len(star.facet):
         raise MeshError(
@@ -222,7 +222,7 @@ def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -
             "or a set of its faces"
         )
     faces = star.nodes[np.unique(star.facet, return_index=True)[1], : star.corners]
-    is_turned, sheet = _turned(name, faces)
+    is_turned, sheet = turned_faces(name, faces)
     faces = np.where(is_turned[:, None], faces[:, ::-1], faces)
     a, b, c = (mesh.points[faces[:, i]] for i in range(3))
     for i in range(sheet.max() + 1):
@@ -242,7 +242,7 @@ def _facets_between(mesh: meshio.Mesh, nodes: Index) -> Star:
     return Star(star.cell[rows], star.facet[rows], star.nodes[rows], star.corners)
 
 
-def _turned(name: str, faces: Index) -> tuple[NDArray[np.bool_], Index]:
+def turned_faces(name: str, faces: Index) -> tuple[NDArray[np.bool_], Index]:
     """Which faces to turn over so that neighbours have the same sense as the first of their sheet, and the sheet of each.
 
     A sheet goes on over edges that two faces share, and ends where more of them meet.

@@ -26,10 +26,10 @@ Solve: TypeAlias = Callable[[Array], Array]
 _INEXACT = 1e-6
 
 #: below so many iterations of GMRES the factorization is cheap
-_FEWEST = 8
+FEWEST = 8
 
 #: of a dense matrix the rows for each of these iterations, at its half
-_DENSE_WORTH = 130
+DENSE_WORTH = 130
 
 
 class Stiffness(Protocol):
@@ -104,7 +104,7 @@ class _Bordered(ABC):
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
 
         x = None
-        if self._older.solve is not None and self._older.size == len(right) and self._worth() >= _FEWEST:
+        if self._older.solve is not None and self._older.size == len(right) and self._worth() >= FEWEST:
             tangent = sp.csr_array((crack[2], crack[:2]), shape=(n, n))
 
             def forces(x: Array) -> Array:
@@ -148,7 +148,7 @@ class DenseStiffness(_Bordered):
     matrix: Array
 
     def _worth(self) -> int:
-        return len(self.matrix) // _DENSE_WORTH
+        return len(self.matrix) // DENSE_WORTH
 
     def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
         m, n = len(self.matrix), len(load)

@@ -31,7 +31,7 @@ from ..errors import NoContact
 if TYPE_CHECKING:
     from .crack_plane import CrackPlane
 
-_ITERATIONS, _CUTS = 100, 60
+ITERATIONS, _CUTS = 100, 60
 
 #: the faces approach closure by at most this part of their distance in one iteration
 _APPROACH = 0.9
@@ -58,7 +58,7 @@ def asperity_contact(law: CrackPlane, jump: Array, Z: Array) -> tuple[Array, Arr
     sliding = np.linalg.norm(jump[:, 1:], axis=1)
     along = jump[:, 1:] / np.where(sliding > 0, sliding, 1.0)[:, None]
     k = np.broadcast_to(law.stiffness(2), (n, 2))
-    left = _solve(law, np.column_stack([jump[:, 0], sliding]), Z, k)
+    left = solve(law, np.column_stack([jump[:, 0], sliding]), Z, k)
     _, t, stiffness, t_Z = _energy(law, left, Z)
     A = stiffness + k[:, :, None] * np.eye(2)
     T = k[:, :, None] * np.linalg.solve(A, stiffness)
@@ -104,7 +104,7 @@ def _energy(law: CrackPlane, left: Array, Z: Array) -> tuple[Array, Array, Array
     return stiffness * B * W, stiffness * gradient, stiffness * hessian, stiffness * slope_Z
 
 
-def _solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
+def solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
     """The jumps u* (n, 2) of least energy, by Newton's method with the faces kept apart."""
     m = law.concrete
     left = jump.copy()
@@ -117,8 +117,8 @@ def _solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
     left[:, 0] = np.maximum(jump[:, 0], np.minimum(np.sqrt(a / pressed), m.Zm))
     rounding = np.finfo(float).eps * (abs(jump).max(axis=1) + m.n_g * m.Zm + m.c_lm * surface.uz)
     at = np.arange(len(jump))
-    value, gradient, hessian = _total(law, left, jump, Z, k)
-    for _ in range(_ITERATIONS):
+    value, gradient, hessian = total(law, left, jump, Z, k)
+    for _ in range(ITERATIONS):
         lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also where it is not convex
         step = -np.linalg.solve(hessian[at] + lift[:, None, None] * np.eye(2), gradient[at, :, None])[:, :, 0]
         room = _APPROACH * left[at, 0]
@@ -134,7 +134,7 @@ def _solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
         for _ in range(_CUTS):
             who = at[waiting]
             new = left[who] + length[waiting, None] * step[waiting]
-            energy, slope, curvature = _total(law._part(who), new, jump[who], Z[who], k[who])
+            energy, slope, curvature = total(law._part(who), new, jump[who], Z[who], k[who])
             good = energy <= value[who] + length[waiting] * promised[waiting]
             good |= np.linalg.norm(slope, axis=1) < half[waiting]  # where the energy's own digits are spent
             found = who[good]
@@ -152,7 +152,7 @@ def _least(matrix: Array) -> Array:
     return np.asarray(0.5 * (a + c) - np.hypot(0.5 * (a - c), b))
 
 
-def _total(law: CrackPlane, left: Array, jump: Array, Z: Array, k: Array) -> tuple[Array, Array, Array]:
+def total(law: CrackPlane, left: Array, jump: Array, Z: Array, k: Array) -> tuple[Array, Array, Array]:
     """V and the energy of the plane, its gradient and its Hessian."""
     value, gradient, hessian, _ = _energy(law, left, Z)
     value += 0.5 * ((left - jump) ** 2 * k).sum(axis=1)

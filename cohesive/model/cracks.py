@@ -155,7 +155,7 @@ def interface_part(scene: Scene, mesh: meshio.Mesh) -> CrackPart:
 def band_part(scene: Scene, mesh: meshio.Mesh, band: Sequence[ElasticBlock]) -> CrackPart:
     """A crack band: quadrilaterals or hexahedra along the path, or all elements."""
     options, d = scene.band, mesh.points.shape[1]
-    parts = [block.strain_points(_centre_line(_POINTS_ALONG[block.kind], d) if is_row(mesh) else None) for block in band]
+    parts = [block.strain_points(centre_line(_POINTS_ALONG[block.kind], d) if is_row(mesh) else None) for block in band]
     offsets = np.cumsum([0, *(len(block.cells) for block in band)])[:-1]
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
     corners = np.concatenate([block.corners() for block in band])
@@ -211,7 +211,7 @@ def is_row(mesh: meshio.Mesh) -> bool:
     return "row" in (mesh.cell_sets or {})
 
 
-def _centre_line(n: int, d: int = 2) -> Rule:
+def centre_line(n: int, d: int = 2) -> Rule:
     """Gauss rule with n points along each axis but the last one, and one across."""
     at, weights = gauss_cube(n, d - 1)
     return np.column_stack([at, np.zeros(len(at))]), 2.0 * weights

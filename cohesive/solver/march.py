@@ -194,9 +194,9 @@ class March:
             if reached:
                 self._reached = True
                 return
-            size = self._next(size, trial.iterations, nominal)
+            size = self.next_size(size, trial.iterations, nominal)
 
-    def _next(self, size: float, iterations: int, nominal: float) -> float:
+    def next_size(self, size: float, iterations: int, nominal: float) -> float:
         """Size of the step after one that took so many iterations."""
         effort = iterations / most_iterations(self.problem)
         if effort > EASY:
@@ -245,7 +245,7 @@ class March:
                     )
                 return steps
             last = place
-            size = min(self._next(size, trial.iterations, largest), largest)
+            size = min(self.next_size(size, trial.iterations, largest), largest)
         return []
 
     def _advance(self, state: State, control: str, value: float, reversal: bool) -> Equilibrium:

@@ -213,7 +213,7 @@ def _profile(result: Result, s: Array, travelled: float) -> tuple[Array, Array]:
     share = (travelled - s[before]) / (s[after] - s[before]) if s[after] > s[before] else 1.0
     where, late = result.opening_profile(after)
     early = result.opening_profile(before)[1]
-    position = _along(where[:, :2], getattr(result.scene.specimen, "paths", []))
+    position = positions_along(where[:, :2], getattr(result.scene.specimen, "paths", []))
     opening = (1.0 - share) * early + share * late
     order = np.argsort(position, kind="stable")
     if where.shape[1] == 3 and result.model.cracks.rotations is not None:
@@ -231,7 +231,7 @@ def _mean_over_thickness(position: Array, opening: Array) -> tuple[Array, Array]
     return position[begin], np.add.reduceat(opening, begin) / np.diff(begin, append=len(opening))
 
 
-def _along(points: Array, lines: list[Line]) -> Array:
+def positions_along(points: Array, lines: list[Line]) -> Array:
     """Distance along the crack path of the nearest point of it; without a path, along the longer side of the points."""
     if not lines:
         span = np.ptp(points, axis=0)

@@ -50,7 +50,7 @@ _ALIKE = 1.2
 _ELSEWHERE = 3.0
 
 #: short runs are repeated for so many seconds, and the shortest counts
-_REPEATED = 0.5
+REPEATED = 0.5
 
 #: the reference is finer by this factor in everything, and its error is that of a run half as fine against it
 _FINER = 4.0
@@ -270,14 +270,14 @@ def trade(
         return found
 
     try:
-        most = _finest(bare)
+        most = finest_factor(bare)
         submit({"finer": factor} for factor in (most, most / 2))  # the longest first
         submit([{}, *alone])
         (reference, _), (half_as_fine, _) = (future.result() for _, future in waiting[:2])
         own_error = max(errors(half_as_fine, reference)[name] for name in _MEASURES)
         finest, finer, *trials = done(0)
         begin = len(waiting)
-        submit(_combined(trials, own_error, (finer, finest)))
+        submit(combined(trials, own_error, (finer, finest)))
         trials += [*done(begin), finer, finest]
     finally:
         for _, future in waiting:
@@ -289,7 +289,7 @@ def trade(
     return Trade(bare, values, own_error, trials)
 
 
-def _finest(scene: Scene) -> float:
+def finest_factor(scene: Scene) -> float:
     """By what factor the reference is finer than the scene."""
     if not scene.is_solid:
         return _FINER
@@ -310,7 +310,7 @@ def _measured(scene: Scene, settings: Settings) -> tuple[Curve, Cost]:
     scene = scene.with_(**changes(scene, settings))
     best_wall = best_cpu = np.inf
     begin = time.perf_counter()
-    while time.perf_counter() - begin < _REPEATED or best_cpu == np.inf:  # what else the machine does only adds
+    while time.perf_counter() - begin < REPEATED or best_cpu == np.inf:  # what else the machine does only adds
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             result = run(scene)
@@ -334,7 +334,7 @@ def errors(curve: Curve, reference: Curve) -> dict[str, float]:
     }
 
 
-def _combined(trials: Sequence[Trial], own_error: float, finer: Sequence[Trial]) -> list[Settings]:
+def combined(trials: Sequence[Trial], own_error: float, finer: Sequence[Trial]) -> list[Settings]:
     """For each accuracy the cheapest value of each knob whose own loss leaves room for the others, on the scene as it is,
     or on a finer one where that does not reach the accuracy."""
     base = trials[0]
