@@ -158,13 +158,13 @@ def main(
                 found = changes(reading, scene.material)
                 result, stopped = attempt(scene.with_(**{f"material.{k}": v for k, v in found.items()}), model)
                 results[name, reading, model] = result, stopped
-                numbers |= _specimen(name, reading, result, stopped)
+                numbers |= specimen_numbers(name, reading, result, stopped)
     if plot is not None:
         _draw(results, plot)
     return numbers
 
 
-def _specimen(name: str, reading: str, result: Result, stopped: str) -> dict[str, float]:
+def specimen_numbers(name: str, reading: str, result: Result, stopped: str) -> dict[str, float]:
     """Print and return what a run came to."""
     h = result.history
     if not len(h["step"]):

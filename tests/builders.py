@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise, product
+from pathlib import Path
 from typing import Any
 
 import meshio
 import numpy as np
+import pytest
 
-from cohesive import Scene
+from cohesive import Result, Scene, SceneError, run
 from cohesive.arrays import Array, Index
+from cohesive.solver.problem import State
+from meshing import MeshError
 from meshing.extrusion import with_mid_nodes
 
 
@@ -28,6 +32,39 @@ def block(**changes: Any) -> Scene:
     return Scene(data).with_(**{key.replace("__", "."): value for key, value in changes.items()})
 
 
+COARSE = {"mesh.shape": "quad", "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11}
+
+
+def coarse_beam(kind: str, plane: str, **changes: Any) -> Scene:
+    """The built-in beam on a coarse mesh, in the plane or extruded in two layers."""
+    keys = COARSE | {"specimen.kind": kind, "model.plane": plane} | {k.replace("__", "."): v for k, v in changes.items()}
+    return Scene.load("notched-beam").with_(**keys | ({"mesh.layers": 2} if kind.endswith("3d") else {}))
+
+
+def plate(**changes: Any) -> Scene:
+    return Scene.load("jacobsen-mixed-mode").with_(
+        **{"mesh.crack_size": 8.0, "mesh.far_size": 25.0, "output.frames": 0} | changes
+    )
+
+
+def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State]]:
+    """A run with the state of every row."""
+    states: list[State] = []
+    return run(scene, model, on_step=lambda step, row: states.append(step.equilibrium.state)), states
+
+
+#: columns of a history that belong to a state, and those whose scale another one gives, as they may be rounding only
+COMPARED = ("load", "opening", "sliding", "driven", "work", "elastic", "stored", "dissipated", "contact_work")
+SCALES = {"sliding": "driven", "stored": "work", "contact_work": "work"}
+
+
+def assert_same_history(one: Result, other: Result, tolerance: float, names: tuple[str, ...] = COMPARED) -> None:
+    """Equal columns, in parts of the largest value of the other's."""
+    for name in names:
+        scale = abs(other.history[SCALES.get(name, name)]).max()
+        np.testing.assert_allclose(one.history[name], other.history[name], atol=tolerance * scale, rtol=0.0, err_msg=name)
+
+
 #: a scene on a mesh of the user's; the file is not there
 OF_A_FILE: dict[str, Any] = {
     "specimen": {
@@ -37,6 +74,35 @@ OF_A_FILE: dict[str, Any] = {
     "material": {"preset": "reinhardt"},
     "stage": [{"control": "driven", "to": 0.1}],
 }  # fmt: skip
+
+
+def as_file(tmp_path: Path, mesh: meshio.Mesh, turn: Array, name: str, crack: list[list[float]], **changes: Any) -> Scene:
+    """A scene on a mesh that is turned with everything that belongs to it."""
+    plain = meshio.Mesh(np.column_stack([mesh.points @ turn.T, np.zeros(len(mesh.points))]), mesh.cells[:-1])
+    plain.write(tmp_path / name)
+    data = {
+        "specimen": {
+            "kind": "mesh", "file": name, "thickness": 10.0, "crack": [(turn @ p).tolist() for p in np.array(crack)],
+            "supports": [
+                {"at": (turn @ [x, -15.0]).tolist(), "direction": (turn @ d).tolist()}
+                for x, d in ((-20.0, [1.0, 0.0]), (-20.0, [0.0, 1.0]), (20.0, [0.0, 1.0]))
+            ],
+            "drive": {"at": (turn @ [-20.0, 15.0]).tolist(), "direction": (turn @ [-0.6, 0.8]).tolist()},
+            "gauge_minus": (turn @ [-20.0, -15.0]).tolist(), "gauge_plus": (turn @ [-20.0, 15.0]).tolist(),
+        },
+        "material": {"preset": "reinhardt"},
+        "interface": {"width": 0.3},
+        "solver": {"tol": 1e-11},
+        "stage": [{"control": "opening", "to": [0.1, 0.06], "steps": 8}],
+    }  # fmt: skip
+    return Scene(data, tmp_path).with_(**changes)
+
+
+def assert_refused(scene: Scene, message: str) -> None:
+    with pytest.raises((SceneError, MeshError), match=message) as caught:
+        run(scene)
+    assert "\n" not in str(caught.value)
+
 
 #: mid nodes of second-order cells, and the corners between which they are
 MIDS = {

@@ -168,7 +168,7 @@ def test_a_run_that_stops_is_a_finding(capsys: pytest.CaptureFixture[str]) -> No
     scene = Scene.load("jacobsen-mixed-mode").with_(**{"mesh.crack_size": 8.0, "output.frames": 0})
     result, stopped = as_printed.attempt(scene.with_(stage=[{"control": "load", "to": 12e3, "steps": 6}]), "discrete")
     assert "stage 1" in stopped
-    numbers = as_printed._specimen("plate", "defaults", result, stopped)
+    numbers = as_printed.specimen_numbers("plate", "defaults", result, stopped)
     assert numbers["plate, defaults: stopped"] == 1.0
     assert 0.5 * scene.material.ft < numbers["plate, defaults: peak"] <= scene.material.ft  # up to the strength
     assert "stopped: stage 1" in capsys.readouterr().out

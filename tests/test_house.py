@@ -30,6 +30,9 @@ SEES_GEOMETRY = {"results", "studies"}
 
 MAX_FUNCTION, MAX_FILE = 60, 400
 
+#: private names of other packages that have no public one
+OTHERS = {"meshio._mesh"}
+
 
 @dataclass(frozen=True)
 class Import:
@@ -225,7 +228,7 @@ def private_names(path: Path) -> Iterator[tuple[int, str]]:
             source = getattr(node, "module", None) or ""
             for alias in node.names:
                 yield from ((node.lineno, part) for part in [*source.split("."), *alias.name.split(".")] if is_private(part))
-        elif isinstance(node, ast.Attribute) and is_private(node.attr):
+        elif isinstance(node, ast.Attribute) and is_private(node.attr) and ast.unparse(node) not in OTHERS:
             yield node.lineno, node.attr
         elif isinstance(node, ast.Call):
             function = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")

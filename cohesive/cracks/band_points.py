@@ -33,7 +33,7 @@ from .crack_planes import CrackPlanes
 _WORST = 0.5
 
 #: a plane is laid along the path where its normal stress is the major principal one but for this part
-_ALIGNED = 0.05
+ALIGNED = 0.05
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class CrackBand:
         value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
         if self.path_normal is not None:  # a candidate before the principal directions, where it is as good as the major
             on_path = np.einsum("pi,pij,pj->p", self.path_normal, tensor, self.path_normal)
-            as_major = np.where(on_path >= (1.0 - _ALIGNED) * value[:, 0], value[:, 0], -np.inf)
+            as_major = np.where(on_path >= (1.0 - ALIGNED) * value[:, 0], value[:, 0], -np.inf)
             value = np.concatenate([as_major[:, None], value], axis=1)
             normal = np.concatenate([self.path_normal[:, None], normal], axis=1)
         due = (value > m.ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]

@@ -53,7 +53,7 @@ def _box_to_condense(spring: float) -> tuple[sp.csc_array, EliminationTree, np.n
 
 
 def test_fronts_give_the_schur_complement_and_the_way_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cohesive.algebra.condensation, "_BLOCK", 4)  # less than the 9 that stay
+    monkeypatch.setattr(cohesive.algebra.condensation, "BLOCK", 4)  # less than the 9 that stay
     lower, fronts, order, K = _box_to_condense(spring=1e3)
     first = fronts.start[-1]
     turn = np.random.default_rng(2).normal(size=(len(order) - first, len(order) - first))
@@ -191,8 +191,8 @@ def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pyte
     exact = beam.with_(**{"solver.tol": 1e-11})
     found = {}
     for fewest in (1, 10**9):
-        monkeypatch.setattr(cohesive.algebra.bordered, "_FEWEST", fewest)
-        monkeypatch.setattr(cohesive.algebra.bordered, "_DENSE_WORTH", 2)
+        monkeypatch.setattr(cohesive.algebra.bordered, "FEWEST", fewest)
+        monkeypatch.setattr(cohesive.algebra.bordered, "DENSE_WORTH", 2)
         for kind in ("condensed", "none"):
             found[fewest, kind] = run(exact.with_(**{"solver.reduction": kind}))
     reference = found[10**9, "condensed"]
@@ -233,11 +233,11 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     model = build(beam)
     assert model.condensation.kind == "condensed" and model.condensation.why == ""  # nothing to weigh: 50 unknowns of 1000
-    monkeypatch.setattr(cohesive.algebra.choice, "_SPARSE_IS_SLOWER", 1e-4)
+    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 1e-4)
     model = build(beam)
-    assert model.condensation.kind == "whole" and "times the work" in model.condensation.why
-    monkeypatch.setattr(cohesive.algebra.choice, "_SPARSE_IS_SLOWER", 10.0)
-    monkeypatch.setattr(cohesive.algebra.choice, "_LARGE", 1.0)
+    assert model.condensation.kind == "none" and "times the work" in model.condensation.why
+    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 10.0)
+    monkeypatch.setattr(cohesive.algebra.choice, "LARGE", 1.0)
     result = run(beam)
     assert result.model.condensation.kind == "condensed" and "eliminated once (condensed " in result.summary()
     # where the dense matrix finds no room; where neither does, the smaller one
@@ -245,10 +245,10 @@ def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(part, "memory", property(lambda self: 2e9))
     monkeypatch.setattr(whole, "memory", property(lambda self: 1e9))
     for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
-        monkeypatch.setattr(cohesive.algebra.choice, "_memory", lambda available=available: available)
+        monkeypatch.setattr(cohesive.algebra.choice, "machine_memory", lambda available=available: available)
         model = build(beam)
-        assert model.condensation.kind == "whole" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
+        assert model.condensation.kind == "none" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
         assert ("'petsc'" in model.condensation.why) == hint
     monkeypatch.setattr(part, "memory", property(lambda self: 5e8))
     assert build(beam).condensation.kind == "condensed"
-    assert build(beam.with_(**{"solver.reduction": "none"})).condensation.kind == "whole"  # the user's word counts
+    assert build(beam.with_(**{"solver.reduction": "none"})).condensation.kind == "none"  # the user's word counts

@@ -79,13 +79,13 @@ def test_petsc_is_scipy(name: str) -> None:
 @needs_petsc
 def test_a_factor_serves_several_iterations(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     fresh: list[bool] = []
-    both = stiffness._Share._both
+    both = stiffness.Share.both
 
-    def counted(self: stiffness._Share, right: np.ndarray, load: np.ndarray, is_fresh: bool) -> np.ndarray | None:
+    def counted(self: stiffness.Share, right: np.ndarray, load: np.ndarray, is_fresh: bool) -> np.ndarray | None:
         fresh.append(is_fresh)
         return both(self, right, load, is_fresh)
 
-    monkeypatch.setattr(stiffness._Share, "_both", counted)
+    monkeypatch.setattr(stiffness.Share, "both", counted)
     result = run(exact(beam, "petsc"))
     assert 1 < sum(fresh) < 0.7 * result.iterations
 
@@ -130,7 +130,7 @@ def test_without_the_package_the_run_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.setitem(sys.modules, "petsc4py", None)
-    stiffness._petsc.cache_clear()
+    stiffness.petsc.cache_clear()
     stiffness.solver_type.cache_clear()
     assert main(["run", "single-crack", "-o", str(tmp_path), "--set", "solver.reduction=petsc"]) == 2
     err = capsys.readouterr().err
@@ -148,7 +148,7 @@ def test_without_a_parallel_solver_several_processes_are_refused(monkeypatch: py
         class COMM_WORLD:
             getSize = staticmethod(lambda: 3)
 
-    monkeypatch.setattr(stiffness, "_petsc", Alone)
+    monkeypatch.setattr(stiffness, "petsc", Alone)
     with pytest.raises(SceneError, match=r"on 3 processes: this PETSc was built without a parallel direct solver; expected"):
         stiffness.solver_type.__wrapped__()
     monkeypatch.setattr(Alone.COMM_WORLD, "getSize", lambda: 1)

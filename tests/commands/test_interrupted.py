@@ -17,21 +17,22 @@ import pytest
 import cohesive.algebra.choice
 import cohesive.results.figures
 import cohesive.results.files
+import cohesive.results.result
 import cohesive.simulation
 import cohesive.solver.newton
-import meshing.polygon
+import meshing.plane
 from cohesive import Scene, SceneError, run
 from cohesive.__main__ import main
-from cohesive.solver.columns import COLUMN_NAMES as COLUMNS
+from cohesive.results.columns import COLUMNS
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
 
 #: where a run is when the signal comes: module, function, and which call of it
 PLACES = {
-    "meshing": (meshing.polygon, "generate", 1),
+    "meshing": (meshing.plane, "generate", 1),
     "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
-    "the first step": (cohesive.solver.newton, "_newton", 1),
-    "Newton": (cohesive.solver.newton, "_newton", 8),
+    "the first step": (cohesive.solver.newton, "next_state", 1),
+    "Newton": (cohesive.solver.newton, "next_state", 8),
     "the pictures": (cohesive.results.figures, "save_deformed", 1),
     "renaming a file": (os, "replace", 4),
 }
@@ -110,10 +111,10 @@ def test_a_signal_ends_a_run_and_keeps_its_history(
 @pytest.mark.parametrize(
     ("place", "discrete", "smeared"),
     [
-        ((meshing.polygon, "generate", 1), False, False),
-        ((cohesive.solver.newton, "_newton", 8), True, False),
+        ((meshing.plane, "generate", 1), False, False),
+        ((cohesive.solver.newton, "next_state", 8), True, False),
         ((cohesive.algebra.choice, "nested_dissection", 2), True, False),  # the second model, before its first step
-        ((cohesive.solver.newton, "_newton", 30), True, True),
+        ((cohesive.solver.newton, "next_state", 30), True, True),
     ],
 )
 def test_a_signal_ends_a_comparison(
@@ -204,7 +205,7 @@ def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
         path.touch()
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(cohesive.results.files, "write_text", refuse)
+    monkeypatch.setattr(cohesive.results.result, "write_text", refuse)
     assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 2
     out, err = capsys.readouterr()
     assert "peak load:" in out  # the numbers are told, whatever became of the files
@@ -220,7 +221,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
     monkeypatch.setattr(cohesive.results.files.tempfile, "TemporaryFile", read_only)
-    monkeypatch.setattr(meshing.polygon, "generate", lambda *_: pytest.fail("meshed"))
+    monkeypatch.setattr(meshing.plane, "generate", lambda *_: pytest.fail("meshed"))
     for name in ("run", "compare"):
         assert command(name, "notched-beam", "-o", str(tmp_path / name), *QUICK) == 2
         assert f"output folder '{tmp_path / name}': cannot be written: Read-only file system" in capsys.readouterr().err

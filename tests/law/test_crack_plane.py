@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
-from cohesive.law.interlock import interlock_factor
 
 Array = NDArray[np.float64]
 
@@ -169,10 +168,15 @@ def test_damage_starts_in_pure_shear_at_its_strength() -> None:
 @pytest.mark.parametrize("width", [0.1, 1.0, 60.0])
 def test_shear_scaling_tends_to_the_inelastic_stiffness(width: float) -> None:
     # eq. (25) with (C4): w/(G H_w) = w/G + (h/G)(1-H)/H, elastic and inelastic compliance in series
-    law = CrackPlane(Concrete.preset("reinhardt"), width)
-    u1 = np.array([0.01, 0.05, 0.1]) * law.concrete.Zm
-    H = interlock_factor(law.concrete, law.concrete.h, u1)[0]  # w = h: H itself
-    scaled = interlock_factor(law.concrete, width, u1)[0]
+    law, printed = CrackPlane(Concrete.preset("reinhardt"), width), CrackPlane(Concrete.preset("reinhardt"))  # w = h: H itself
+    m, Z = law.concrete, np.full(3, 0.2)
+    u1 = np.array([0.01, 0.05, 0.1]) * m.Zm
+    H = np.exp(-u1[:, None] / (np.array(m.c) * m.Zm)) @ m.p  # eq. (13)
+    jump = np.column_stack([u1, np.full(3, m.Zm)])  # in contact
+    contact, unscaled = (each.contact_traction(jump, Z) / each.damage(Z)[:, None] for each in (law, printed))
+    assert (abs(unscaled) > 1e-3).all()
+    scaled = (contact / unscaled)[:, 1] * H
+    np.testing.assert_allclose(contact[:, 0] / unscaled[:, 0] * H, scaled, rtol=1e-12)
     np.testing.assert_allclose(width / scaled, width + law.concrete.h * (1 - H) / H, rtol=1e-12)
 
 
@@ -222,7 +226,11 @@ def test_no_nan_anywhere(width: float) -> None:
     jump = random.uniform(-10 * Zm, 10 * Zm, (200_000, 3))
     jump[:10] = 0.0
     jump[10:20, 1:] = 0.0
-    jump[20] = [law.concrete.u_phi0 + 0.025 * Zm + law.contact_reach(np.array([Zm]))[0], 0, 0]  # the nose's centre
+    jump[20] = [
+        law.concrete.u_phi0 + 0.025 * Zm + 3 * law.contact_reach(np.array([Zm]))[0] / law.concrete.c_lm,
+        0,
+        0,
+    ]  # the nose's centre
     Z = random.uniform(0, 10 * Zm, 200_000)
     with np.errstate(all="raise", under="ignore"):
         for values in law.update(jump, Z):

@@ -7,25 +7,8 @@ import pytest
 
 from cohesive import Scene, SceneError, run
 from cohesive.model.build import build
-from cohesive.solver.newton import MAX_ITERATIONS
-from cohesive.solver.steps import next_size
+from cohesive.solver.march import March
 from tests.builders import block
-
-SHORT = {"solver.tol": 1e-11, "stage.0.to": [0.036, 0.03], "stage.0.steps": 5}
-
-
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
-def test_secant_finds_the_same_in_more_iterations(beam: Scene, model: str) -> None:
-    """Past the peak and some way back."""
-    scene = beam.with_(**SHORT, **{"model.kind": model})
-    newton, secant = (run(scene.with_(**{"solver.tangent": tangent})) for tangent in ("consistent", "secant"))
-    largest = abs(newton.history["load"]).max()
-    # linear convergence: what is left is the last correction (1e-11) over 1 - its rate, here below 0.97
-    np.testing.assert_allclose(secant.history["load"], newton.history["load"], atol=1e-9 * largest)
-    np.testing.assert_allclose(secant.history["dissipated"], newton.history["dissipated"], rtol=1e-8)
-    assert not secant.history["cuts"].any()
-    assert secant.iterations > 5 * newton.iterations  # else it is the same tangent
-    assert secant.history["iterations"].max() > MAX_ITERATIONS  # which would have cut the step
 
 
 def test_steps_that_converge_easily_grow_and_end_at_the_same_target(beam: Scene) -> None:
@@ -44,12 +27,12 @@ def test_steps_that_converge_easily_grow_and_end_at_the_same_target(beam: Scene)
 def test_how_a_step_grows(tangent: str, per_step: int) -> None:
     """A cut step doubles up to the nominal one, after an easy step; beyond after a very easy one; and falls back after a hard
     one. The secant tangent takes 40 times the iterations for the same."""
-    problem = build(block(solver__tangent=tangent)).problem
+    march = March(build(block(solver__tangent=tangent)).problem, [], lambda state: {}, largest_step=4.0)
     for size, iterations, following in (
         (0.25, 6, 0.5), (0.25, 7, 0.25), (1.0, 6, 1.0), (1.0, 2, 2.0), (3.0, 2, 4.0), (3.0, 3, 3.0), (4.0, 7, 2.0),
         (1.5, 7, 1.0),
     ):  # fmt: skip
-        assert next_size(problem, size, per_step * iterations, 1.0, growth=4.0) == following
+        assert march.next_size(size, per_step * iterations, 1.0) == following
 
 
 @pytest.mark.parametrize(

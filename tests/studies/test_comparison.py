@@ -7,14 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import trapezoid
 
 from cohesive import Comparison, Scene, compare, run
-from cohesive.commands.command_line import main
+from cohesive.commands.cli import main
 from cohesive.elements.bulk import ELEMENTS
-from cohesive.model.build import build
+from cohesive.studies.compare import positions_along
 from examples import discrete_and_smeared, sandwich_panel
-from meshing.paths import along_paths
 from tests.builders import block
 
 QUANTITIES = ["peak", "opening_at_peak", "energy", "curve_distance", "iterations", "seconds"]
@@ -34,11 +32,11 @@ def test_table(comparison: Comparison) -> None:
     assert table["peak"]["relative_difference"] == pytest.approx(s.peak_load / d.peak_load - 1)
     assert table["iterations"]["smeared"] == s.iterations
     # the areas by hand: both runs end at 0.18 mm
-    energy = [trapezoid(np.r_[0, r.history["load"]], np.r_[0, r.history["opening"]]) for r in (d, s)]
+    energy = [np.trapezoid(np.r_[0, r.history["load"]], np.r_[0, r.history["opening"]]) for r in (d, s)]
     assert [table["energy"][model] for model in ("discrete", "smeared")] == pytest.approx(energy, rel=1e-9)
     x = np.linspace(0, 0.18, 20001)
     loads = [np.interp(x, np.r_[0, r.history["opening"]], np.r_[0, r.history["load"]]) for r in (d, s)]
-    between = trapezoid(abs(loads[1] - loads[0]), x)
+    between = np.trapezoid(abs(loads[1] - loads[0]), x)
     assert table["curve_distance"]["discrete"] == pytest.approx(between / energy[0], rel=1e-3)
     assert table["curve_distance"]["relative_difference"] == pytest.approx(2 * between / sum(energy), rel=1e-3)
 
@@ -92,8 +90,8 @@ def test_a_half_body_is_whole_in_the_band(beam: Scene) -> None:
 def test_positions_along_a_kinked_path() -> None:
     lines = [[(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]]
     points = np.array([[1.0, 0.1], [3.2, 2.0], [3.0, 4.0], [-1.0, 0.0]])
-    np.testing.assert_allclose(along_paths(points, lines), [1.0, 5.0, 7.0, 0.0])
-    np.testing.assert_allclose(along_paths(np.array([[0.0, 1.0], [0.1, 4.0]]), []), [0.0, 3.0])
+    np.testing.assert_allclose(positions_along(points, lines), [1.0, 5.0, 7.0, 0.0])
+    np.testing.assert_allclose(positions_along(np.array([[0.0, 1.0], [0.1, 4.0]]), []), [0.0, 3.0])
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -123,12 +121,12 @@ def fine_beam(**changes: object) -> tuple[float, float]:
     """Peak and energy of the smeared beam with elements of 1 mm."""
     scene = Scene.load("notched-beam").with_(**{"material.ft": 3.6, "output.frames": 0, "model.kind": "smeared"})
     h = run(scene.with_(**changes)).history
-    return h["load"].max(), float(trapezoid(np.r_[0, h["load"]], np.r_[0, h["opening"]]))
+    return h["load"].max(), float(np.trapezoid(np.r_[0, h["load"]], np.r_[0, h["opening"]]))
 
 
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
-    monkeypatch.setattr("cohesive.model.band.centre_line", lambda kind, d: ELEMENTS["quad"][1])
+    monkeypatch.setattr("cohesive.model.cracks.centre_line", lambda n, d: ELEMENTS["quad"][1])
     locked_peak, locked_energy = fine_beam()
     assert locked_peak > 1.03 * peak and locked_energy > 1.1 * energy
 
@@ -136,51 +134,9 @@ def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatc
 def test_a_new_plane_turns_at_will_where_the_principal_stresses_are_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     energies = [fine_beam(**{"stage.0.steps": steps})[1] for steps in (60, 120)]
     assert energies[1] == pytest.approx(energies[0], rel=2e-3)
-    monkeypatch.setattr("cohesive.cracks.band_points._ALIGNED", -np.inf)  # never as good as the major one
+    monkeypatch.setattr("cohesive.cracks.band_points.ALIGNED", -np.inf)  # never as good as the major one
     turned = fine_beam(**{"stage.0.steps": 120})[1]
     assert turned > 1.02 * energies[1]
-
-
-# -- the sandwich panel: a platen that moves both ways ------------------------------------------
-
-
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
-def test_a_platen_sheared_at_constant_opening(model: str) -> None:
-    changes = {"mesh.crack_size": 100.0, "mesh.far_size": 100.0, "stage.0.steps": 20, "stage.1.steps": 10, "output.frames": 0}
-    scene = Scene.load("sandwich-panel").with_(**changes, **{"model.kind": model, "solver.tol": 1e-11})
-    result = run(scene)
-    h, last = result.history, result.last
-    drives = [state.v[result.problem.drives] for state in (result.states[19], last)]
-    np.testing.assert_allclose(drives, [[0.1, 0.0], [0.1, 0.2]], atol=1e-12)  # normal and shear motion of the platen
-    assert h["driven"][19] == pytest.approx(0.1) and h["driven"][-1] == pytest.approx(0.2)
-    # the load is the force along the drive: the mean traction on the crack times its area
-    area = 400.0 * 100.0
-    np.testing.assert_allclose(h["load"][:20], area * h["stress_n"][:20], rtol=1e-6 if model == "discrete" else 2e-2)
-    np.testing.assert_allclose(h["load"][20:], area * h["stress_s"][20:], atol=2e-2 * h["load"][20:].max())
-    assert result.energy_error < 2e-2
-    full = run(scene.with_(**{"solver.condensation": "never"}))
-    for name in ("load", "opening", "sliding", "work", "dissipated"):
-        np.testing.assert_allclose(full.history[name], h[name], rtol=1e-7, atol=1e-8 * abs(h[name]).max())
-
-
-def test_an_oblique_platen_moves_along_its_angle() -> None:
-    scene = Scene.load("sandwich-panel").with_(
-        **{
-            "mesh.crack_size": 100.0,
-            "mesh.far_size": 100.0,
-            "stage": [{"control": "driven", "to": 0.05, "steps": 10, "angle": 30}],
-        }
-    )
-    result = run(scene)
-    moved = np.array([state.v[result.problem.drives] for state in result.states])
-    t = np.radians(30)
-    np.testing.assert_allclose(moved, result.history["driven"][:, None] * [np.cos(t), np.sin(t)], atol=1e-15)
-    assert result.energy_error < 2e-2
-
-
-def test_the_elastic_panel_is_held(tmp_path: Path) -> None:
-    problem = build(Scene.load("sandwich-panel").with_(**{"mesh.crack_size": 100.0, "mesh.far_size": 100.0})).problem
-    assert problem.is_held() and problem.driven(90.0).is_held()
 
 
 # -- the examples, small ------------------------------------------------------------------------
