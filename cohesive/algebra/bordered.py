@@ -29,10 +29,10 @@ Solve: TypeAlias = Callable[[Array], Array]
 _INEXACT = 1e-6
 
 #: if a factorization is worth fewer iterations of GMRES, it is cheap
-_FEWEST = 8
+FEWEST = 8
 
 #: rows of a dense matrix whose factorization is worth one more iteration
-_DENSE_WORTH = 130
+DENSE_WORTH = 130
 
 
 class Stiffness(Protocol):
@@ -119,7 +119,7 @@ class _Bordered(ABC):
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
 
         x = None
-        if self._reused.solve is not None and self._reused.size == len(right) and self._worth() >= _FEWEST:
+        if self._reused.solve is not None and self._reused.size == len(right) and self._worth() >= FEWEST:
             tangent = sp.csr_array((crack[2], crack[:2]), shape=(n, n))
 
             def forces(x: Array) -> Array:
@@ -163,7 +163,7 @@ class DenseStiffness(_Bordered):
     matrix: Array
 
     def _worth(self) -> int:
-        return len(self.matrix) // _DENSE_WORTH
+        return len(self.matrix) // DENSE_WORTH
 
     def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
         m, n = len(self.matrix), len(load)

@@ -18,13 +18,13 @@ from .dissection import nested_dissection
 from .unknowns import Unknowns
 
 #: an operation of a sparse factorization takes the time of so many dense ones
-_SPARSE_IS_SLOWER = 10.0
+SPARSE_IS_SLOWER = 10.0
 
 #: bytes of a number in a matrix, and of one in a sparse factor with its row
 _DENSE, _SPARSE = 8.0, 12.0
 
 #: operations of a condensation from which on the choice is weighed in any case, for the user to know
-_LARGE = 1e11
+LARGE = 1e11
 
 #: part of the machine's memory that matrices may take
 _SHARE = 0.6
@@ -122,9 +122,9 @@ def condense(bulk: Bulk, wanted: str) -> Condensation:
     part = Part.from_bulk(bulk)
     if wanted == "always":
         return part.condensed("")
-    memory, once = _SHARE * _memory(), part.tree.cost()[0]
-    is_less_work = part.iteration <= _SPARSE_IS_SLOWER * once  # which the whole takes besides
-    if part.memory < memory and is_less_work and once < _LARGE:
+    memory, once = _SHARE * machine_memory(), part.tree.cost()[0]
+    is_less_work = part.iteration <= SPARSE_IS_SLOWER * once  # which the whole takes besides
+    if part.memory < memory and is_less_work and once < LARGE:
         return part.condensed("")
     whole = Whole.from_bulk(bulk)
     why = (
@@ -235,7 +235,7 @@ class Whole:
     @property
     def iteration(self) -> float:
         """Operations of a factorization, twice those of a symmetric one, in the time of dense ones."""
-        return 2.0 * _SPARSE_IS_SLOWER * self.tree.cost()[0]
+        return 2.0 * SPARSE_IS_SLOWER * self.tree.cost()[0]
 
     @property
     def memory(self) -> float:
@@ -268,7 +268,7 @@ def _two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def _memory() -> float:
+def machine_memory() -> float:
     """Memory of the machine, bytes; without limit if that is not known."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))

@@ -14,7 +14,7 @@ from ..arrays import Array, Index
 _SMALLEST_PIVOT = 1e-11
 
 #: rows that are mirrored at once
-_BLOCK = 256
+BLOCK = 256
 
 NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
 
@@ -201,8 +201,8 @@ def _frontal(K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Upda
 
 def _symmetric(lower: Array) -> Array:
     """A matrix from its lower triangle, in its place: there may be no memory for a copy."""
-    for a in range(0, len(lower), _BLOCK):
-        b = a + _BLOCK
+    for a in range(0, len(lower), BLOCK):
+        b = a + BLOCK
         own = np.tril(lower[a:b, a:b])
         lower[a:b, a:b] = own + np.tril(own, -1).T
         lower[a:b, b:] = lower[b:, a:b].T

@@ -14,7 +14,7 @@ from cohesive.elements.bulk import ELEMENTS, ElasticBlock, elasticity
 from cohesive.elements.chords import longest_chord
 from cohesive.elements.rotations import PAIRS
 from cohesive.errors import ElementError
-from cohesive.model.cracks import centre_line
+from cohesive.model.band import centre_line
 from tests.builders import MIDS, Patch, box, rectangle, rotation
 
 PLANE = ["triangle", "triangle6", "quad", "quad8"]
@@ -227,7 +227,7 @@ def test_the_mid_plane_sees_all_but_twisting() -> None:
     """17 of the 18 deformations of a hexahedron; the other, u = (yz, xz, -xy), strains the bulk on its faces."""
     solid = box("hexahedron", (1, 1, 1), (2.0, 2.0, 2.0))
     block = elastic(solid)
-    operator, volumes, where, _ = block.strain_points(centre_line(2, 3))
+    operator, volumes, where, _ = block.strain_points(centre_line("hexahedron", 3))
     np.testing.assert_allclose(where[:, 2], 1.0, rtol=1e-14)
     assert volumes.sum() == pytest.approx(8.0, rel=1e-14)
     assert np.linalg.matrix_rank(operator.toarray()) == 17

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from meshing import MeshError, read_band_mesh, read_mesh
-from meshing.plane import session
-from meshing.reader import turned_faces
+from meshing.gmsh_session import session
+from meshing.orientation import flipped
 from tests.builders import cubes
 from tests.meshing.measures import X, Y, Z, body_volume, check_crack, faces_on, normals, on, pieces, sides
 
@@ -170,7 +170,7 @@ def test_a_solid_mesh_that_does_not_work_is_named(tmp_path: Path) -> None:
 def test_a_surface_with_one_side_is_named() -> None:
     strip = np.array([[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 0], [4, 0, 1]])  # of Moebius
     with pytest.raises(MeshError, match="crack = 'fault': this surface has only one side"):
-        turned_faces("fault", strip)
+        flipped("fault", strip)
 
 
 def test_a_solid_band_is_a_set_of_elements(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
-from cohesive.commands.cli import main
+from cohesive.commands.command_line import main
 from cohesive.results.solid_figures import outer_faces
 
 QUICK = ["--set", "mesh.crack_size=3.0", "--set", "mesh.layers=2", "--set", "stage.0.steps=6"]

@@ -19,7 +19,7 @@ from cohesive.solver.march import March
 from cohesive.solver.newton import advance
 from cohesive.solver.problem import Guess, Problem, State
 from cohesive.solver.stages import Stage
-from tests.conftest import block
+from tests.builders import block
 
 NAMES = (*CONTROLS, "largest jump", "mean of both")
 

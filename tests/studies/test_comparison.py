@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from cohesive import Comparison, Scene, compare, run
-from cohesive.commands.cli import main
+from cohesive.commands.command_line import main
 from cohesive.elements.bulk import ELEMENTS
-from cohesive.studies.compare import positions_along
 from examples import discrete_and_smeared, sandwich_panel
+from meshing.paths import along_paths
 from tests.builders import block
 
 QUANTITIES = ["peak", "opening_at_peak", "energy", "curve_distance", "iterations", "seconds"]
@@ -87,11 +87,11 @@ def test_a_half_body_is_whole_in_the_band(beam: Scene) -> None:
     assert abs(result.table["peak"]["relative_difference"]) < 0.02
 
 
-def test_positions_along_a_kinked_path() -> None:
+def test_along_paths_a_kinked_path() -> None:
     lines = [[(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]]
     points = np.array([[1.0, 0.1], [3.2, 2.0], [3.0, 4.0], [-1.0, 0.0]])
-    np.testing.assert_allclose(positions_along(points, lines), [1.0, 5.0, 7.0, 0.0])
-    np.testing.assert_allclose(positions_along(np.array([[0.0, 1.0], [0.1, 4.0]]), []), [0.0, 3.0])
+    np.testing.assert_allclose(along_paths(points, lines), [1.0, 5.0, 7.0, 0.0])
+    np.testing.assert_allclose(along_paths(np.array([[0.0, 1.0], [0.1, 4.0]]), []), [0.0, 3.0])
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,7 +126,7 @@ def fine_beam(**changes: object) -> tuple[float, float]:
 
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
-    monkeypatch.setattr("cohesive.model.cracks.centre_line", lambda n, d: ELEMENTS["quad"][1])
+    monkeypatch.setattr("cohesive.model.band.centre_line", lambda kind, d: ELEMENTS["quad"][1])
     locked_peak, locked_energy = fine_beam()
     assert locked_peak > 1.03 * peak and locked_energy > 1.1 * energy
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cohesive.commands.cli import main
+from cohesive.commands.command_line import main
 from cohesive.studies.trade import trade
 from tests.builders import block
 

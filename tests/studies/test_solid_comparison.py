@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cohesive import Scene, SceneError, compare
-from cohesive.commands.cli import main
+from cohesive.commands.command_line import main
 from tests.builders import coarse_beam
 
 QUICK = ["--set", "mesh.crack_size=3.0", "--set", "mesh.layers=2", "--set", "stage.0.steps=6"]

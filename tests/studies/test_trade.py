@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from cohesive import Scene, SceneError
-from cohesive.commands.cli import main
+from cohesive.commands.command_line import main
 from cohesive.studies.parameters import KNOBS, changes
-from cohesive.studies.trade import Cost, Trade, Trial, combined, finest_factor, trade
+from cohesive.studies.trade import Cost, Trade, Trial, combined, finest, trade
 from tests.builders import OF_A_FILE
 
 CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
@@ -78,10 +78,10 @@ def test_a_trade_in_space(name: str, pool: Executor, monkeypatch: pytest.MonkeyP
 
 def test_a_body_with_a_large_crack_gets_a_reference_that_can_be_paid() -> None:
     beam = Scene.load("notched-beam-3d")
-    assert finest_factor(Scene.load("notched-beam")) == 4.0
+    assert finest(Scene.load("notched-beam")) == 4.0
     # 25 mm of crack with 4 layers: 50, 100 and 250 elements for 350 would be 2.6, 1.9 and 1.2 times finer
     for keys, factor in (({}, 2.5), ({"mesh.crack_size": 1.0}, 1.9), ({"mesh.crack_size": 1.0, "mesh.layers": 10}, 1.5)):
-        assert finest_factor(beam.with_(**keys)) == factor
+        assert finest(beam.with_(**keys)) == factor
 
 
 def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() -> None:

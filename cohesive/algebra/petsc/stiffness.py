@@ -90,7 +90,7 @@ class PetscStiffness:
         if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, free):
             layout = self._layout = Layout.latest = Layout.from_entries(self._matrix, rows, columns, free)
             solver = _together("set_up", layout.shares(_processes()))[0]
-            self.library = f"PETSc {'.'.join(map(str, _petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
+            self.library = f"PETSc {'.'.join(map(str, petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
         if free is not None:
             load, row, right = free.T @ load, free.T @ row, free.T @ right
         found = _together("solve", layout.split(values, right, load, _processes()))
@@ -110,11 +110,11 @@ def uncondensed(bulk: Bulk) -> Condensation:
     return Condensation("petsc", stiffness, np.arange(transform.shape[1]), Recovery(transform, shape), "")
 
 
-class _Share:
+class Share:
     """What a rank holds of the matrix, its factor and the solver. All ranks call its methods together."""
 
     def __init__(self, size: int, start: Index, column: Index, bulk: Array, changing: Index) -> None:
-        PETSc = _petsc()
+        PETSc = petsc()
         self._start, self._column = start.astype(PETSc.IntType), column.astype(PETSc.IntType)
         self._bulk, self._changing = bulk, changing
         rows = (len(start) - 1, size)
@@ -148,18 +148,18 @@ class _Share:
         self._matrix.assemble()
         for fresh in (False, True) if self._is_factored else (True,):
             self._krylov.getPC().setReusePreconditioner(not fresh)
-            if (both := self._both(right, load, fresh)) is not None:
+            if (both := self.both(right, load, fresh)) is not None:
                 return both
         return None
 
-    def _both(self, right: Array, load: Array, fresh: bool) -> Array | None:
+    def both(self, right: Array, load: Array, fresh: bool) -> Array | None:
         """Both solutions; None if there is no factor, or a reused one does not do."""
         for side, solution, guess in ((right, self._found, False), (load, self._response, not fresh)):
             self._right.setArray(side)
             self._krylov.setInitialGuessNonzero(guess)
             self._krylov.solve(self._right, solution)
             reason = self._krylov.getConvergedReason()
-            self._is_factored = reason != _petsc().KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
+            self._is_factored = reason != petsc().KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
             if not self._is_factored:
                 self._krylov.reset()  # else it would remember the failure
                 self._krylov.setOperators(self._matrix)
@@ -175,7 +175,7 @@ class _Share:
 
 
 #: of this rank
-_share: _Share | None = None
+_share: Share | None = None
 
 
 def _do(task: str, given: tuple[Any, ...]) -> Any:
@@ -184,7 +184,7 @@ def _do(task: str, given: tuple[Any, ...]) -> Any:
     if task == "set_up":
         if _share is not None:
             _share.destroy()
-        _share = _Share(*given)
+        _share = Share(*given)
         return _share.solver()
     assert _share is not None
     return _share.solve(*given)
@@ -257,7 +257,7 @@ def start() -> None:
     rank, count = rank_and_size()
     if count == 1 or _started:
         return
-    found = _mpi().COMM_WORLD.Get_size(), _petsc().COMM_WORLD.getSize()
+    found = _mpi().COMM_WORLD.Get_size(), petsc().COMM_WORLD.getSize()
     if found != (count, count):
         raise SceneError(
             f"mpiexec started {count} processes, of which mpi4py sees {found[0]} and PETSc {found[1]}: expected mpiexec, "
@@ -304,7 +304,7 @@ def solver_type() -> str:
     SceneError
         Without petsc4py, or on several processes without a parallel direct solver.
     """
-    PETSc = _petsc()
+    PETSc = petsc()
     for name in ("mumps", "superlu_dist"):
         if PETSc.Sys.hasExternalPackage(name):
             return name
@@ -322,11 +322,11 @@ def _counted(processes: int) -> str:
 
 
 def _processes() -> int:
-    return int(_petsc().COMM_WORLD.getSize())
+    return int(petsc().COMM_WORLD.getSize())
 
 
 @cache
-def _petsc() -> Any:
+def petsc() -> Any:
     """The module petsc4py.PETSc, initialized; it takes its options from PETSC_OPTIONS, not from our command line."""
     try:
         import petsc4py
