@@ -157,7 +157,7 @@ def groups(point: Index) -> Iterator[tuple[Index, Index]]:
 
 
 def _least_norm(M: Array, right: Array) -> Array:
-    """Solutions of M x = right, (n, a, b), of minimum norm where M is singular."""
+    """Solutions of M x = right, (n, a, b), of minimum norm if M is singular."""
     if M.shape[1] <= 3:  # a single plane: regular but at a fold
         try:
             return np.asarray(np.linalg.solve(M, right))

@@ -32,7 +32,7 @@ from .crack_planes import CrackPlanes
 #: planes due whose excess over ft is at least this part of the largest excess are formed together
 _WORST = 0.5
 
-#: a plane is laid along the path where its normal stress is the major principal one but for this part
+#: a plane is laid along the path if its normal stress is the major principal one but for this part
 ALIGNED = 0.05
 
 
@@ -57,7 +57,7 @@ class CrackBand:
     max_cracks : planes per point.
     threshold_angle : least angle between the normals of two planes of a point, degrees.
     path_normal : (p, d) array, or None. Ahead of a crack the principal stresses are close, their difference on the
-        axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. Where the normal of
+        axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. If the normal of
         the path is a principal direction within 5 % of the major stress, the plane takes it.
     """
 
@@ -101,7 +101,7 @@ class CrackBand:
         ----------
         deformation : (p, k) array, strain.
         start : BandState, the last converged one; it is not changed, and no iterate raises its history.
-        frozen : tangent of the unloading branch, where a plane has two.
+        frozen : tangent of the unloading branch, if a plane has two.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class CrackBand:
         tensor = stress_tensor(state.stress)
         value, vector = np.linalg.eigh(tensor)
         value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
-        if self.path_normal is not None:  # a candidate before the principal directions, where it is as good as the major
+        if self.path_normal is not None:  # a candidate before the principal directions, if it is as good as the major
             on_path = np.einsum("pi,pij,pj->p", self.path_normal, tensor, self.path_normal)
             as_major = np.where(on_path >= (1.0 - ALIGNED) * value[:, 0], value[:, 0], -np.inf)
             value = np.concatenate([as_major[:, None], value], axis=1)

@@ -46,7 +46,7 @@ class Concrete:
     u_phi0 : opening (mm) below which no contact is lost, eq. (13); it shifts the contact surface,
         apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
-        mode I softening is not disturbed at any width (where u_phi0 <= 0).
+        mode I softening is not disturbed at any width (if u_phi0 <= 0).
     contact : "printed", or "potential" for the mended form of `potential_contact`, which creates no energy in cycles at
         constant damage and never is stiffer than the concrete.
     shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
@@ -118,7 +118,6 @@ class Concrete:
             raise ValueError(f"c = {list(self.c)}: expected three numbers above 0")
         if min(self.p) < 0 or abs(sum(self.p) - 1.0) > 1e-9:
             raise ValueError(f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}")
-        assert self.curve  # which refuses what is no curve
         self._follow_size()
 
     @property
@@ -144,22 +143,20 @@ class Concrete:
             object.__setattr__(self, name, Derived(found))
 
     def _follow_size(self) -> None:
-        """Zm, if it was not given."""
+        """Zm of the curve, which is made and checked here, if it was not given."""
+        curve = self.curve
         if self.Zm is not None and not isinstance(self.Zm, Derived):
             return
         length = self.c1 * self.Gf / self.ft
         if fixes_strength(self.softening):
-            length = min(length, self.c1 * self._first_opening())
+            w1 = opening_of_first_branch(curve)
+            if not math.isfinite(w1):
+                raise ValueError(
+                    "Zm is missing: the softening curve rises above its first stress before it falls, which tells nothing of "
+                    "the size of the asperities; expected a length in mm"
+                )
+            length = min(length, self.c1 * w1)
         object.__setattr__(self, "Zm", Derived(length))
-
-    def _first_opening(self) -> float:
-        w1 = opening_of_first_branch(self.curve)
-        if not math.isfinite(w1):
-            raise ValueError(
-                "Zm is missing: the softening curve rises from its beginning, which tells nothing of the size of the "
-                "asperities; expected a length in mm"
-            )
-        return w1
 
     @cached_property
     def curve(self) -> Softening:

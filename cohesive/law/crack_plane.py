@@ -2,7 +2,7 @@
 
 One law serves interface elements (jump in mm, small `width` or the paper's h) and the crack band
 (width = characteristic length, jump = width times local strain). Units N, mm, MPa; tension positive.
-Where the print leaves a choice, the parameters of `Concrete` say which one is taken.
+If the print leaves a choice, the parameters of `Concrete` say which one is taken.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class CrackPlane:
         Z : (n,) array, mm
             Last converged history. Not modified.
         frozen : bool
-            Tangent at constant Z, the unloading branch, where both exist.
+            Tangent at constant Z, the unloading branch, if both exist.
 
         Returns
         -------
@@ -150,7 +150,7 @@ class CrackPlane:
         return np.asarray(self.Zt + self.concrete.curve.end <= Z)
 
     def is_spent(self, Z: Array) -> Mask:
-        """Whether opening can bring no traction back, (n,): beyond the end of the curve, or where too little is left."""
+        """Whether opening can bring no traction back, (n,): beyond the end of the curve, or with too little left of it."""
         return np.asarray(self.Zt + self.concrete.spent <= Z)
 
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:

@@ -40,7 +40,7 @@ _APPROACH = 0.9
 #: the energy must fall by this part of what its slope promises
 _DECREASE = 1e-4
 
-#: converged where the next step is below so many roundings
+#: converged if the next step is below so many roundings
 _DIGITS = 32.0
 
 
@@ -138,7 +138,7 @@ def inelastic_jump(concrete: Concrete, k: Array, jump: Array, Z: Array) -> Array
     at = np.arange(len(jump))
     value, gradient, hessian = total_energy(m, k, left, jump, Z)
     for _ in range(MAX_ITERATIONS):
-        lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also where it is not convex
+        lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also if it is not convex
         step = -np.linalg.solve(hessian[at] + lift[:, None, None] * np.eye(2), gradient[at, :, None])[:, :, 0]
         room = _APPROACH * left[at, 0]
         length = np.where(-step[:, 0] > room, room / np.where(step[:, 0] < 0, -step[:, 0], 1.0), 1.0)
@@ -155,7 +155,7 @@ def inelastic_jump(concrete: Concrete, k: Array, jump: Array, Z: Array) -> Array
             new = left[who] + length[waiting, None] * step[waiting]
             energy, slope, curvature = total_energy(m, k[who], new, jump[who], Z[who])
             good = energy <= value[who] + length[waiting] * promised[waiting]
-            good |= np.linalg.norm(slope, axis=1) < half[waiting]  # where the energy's own digits are spent
+            good |= np.linalg.norm(slope, axis=1) < half[waiting]  # if the energy's own digits are spent
             found = who[good]
             left[found], value[found], gradient[found], hessian[found] = new[good], energy[good], slope[good], curvature[good]
             waiting = waiting[~good]

@@ -352,7 +352,7 @@ def test_asperities_of_a_fibre_concrete_are_those_of_its_matrix() -> None:
     flat = {"points": [[0, 3], [0.02, 3], [0.1, 0.5], [5, 0.5], [6, 0]]}
     assert concrete(flat).Zm == pytest.approx(5.0 * 0.12)
     rises = {"points": [[0, 2], [0.5, 3], [5, 0]]}
-    with pytest.raises(ValueError, match="Zm is missing: the softening curve rises from its beginning"):
+    with pytest.raises(ValueError, match="Zm is missing: the softening curve rises above its first stress"):
         concrete(rises)
     assert concrete(rises, Zm=0.2).Zm == 0.2
 
