@@ -1,4 +1,4 @@
-"""Points of a crack band, in plane stress, plane strain or space, how they are led, and what holds at any state of theirs."""
+"""Points of a crack band, in plane stress, plane strain or 3D, how they are led, and what holds at any state of theirs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The same answer in other ways: condensed and full, straight and turned, in the plane and in space; and the law's own."""
+"""The same answer in other ways: condensed and full, straight and rotated, in 2D and in 3D; and the law's own."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def test_condensed_is_full(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_condensed_is_full_and_turned_is_straight_in_space(name: str, place: Place) -> None:
+def test_condensed_is_full_and_rotated_is_straight_in_3d(name: str, place: Place) -> None:
     place(SOLIDS[name], np.eye(3), clamped=True)
     condensed, full = pulled_and_sheared(name), pulled_and_sheared(name, "none")
     place(SOLIDS[name], rotation(4), clamped=True)
@@ -202,7 +202,7 @@ def test_mean_tractions_carry_the_drives(name: str, place: Place) -> None:
 
 
 @pytest.mark.parametrize("angle", [30.0, 45.0, 90.0, 137.2])
-def test_turning_the_whole_scene_changes_nothing(tmp_path: Path, angle: float) -> None:
+def test_rotating_the_whole_scene_changes_nothing(tmp_path: Path, angle: float) -> None:
     path = [[-20.0, 0.0], [0.0, 4.0], [10.0, 0.0]]  # a kinked crack with its tip inside
     specimen = SingleCrack(40.0, 30.0, 10.0, crack=path)
     mesh = specimen.mesh(MeshSizes(5.0, 8.0))
@@ -220,7 +220,7 @@ def test_turning_the_whole_scene_changes_nothing(tmp_path: Path, angle: float) -
 
 @pytest.mark.parametrize(("shape", "order"), [("triangle", 1), ("quad", 1), ("triangle", 2)])
 @pytest.mark.parametrize("angle", [0.0, 20.0])
-def test_a_turned_block_has_the_same_history(angle: float, shape: str, order: int) -> None:
+def test_a_rotated_block_has_the_same_history(angle: float, shape: str, order: int) -> None:
     """Opened and nearly closed, also on an inclined path, where the crack slides. There gmsh pairs the triangles of a
     turned block to other quadrilaterals: two meshes, whose loads differ by 2e-4."""
     options: dict[str, Any] = {"mesh__shape": shape, "mesh__order": order, "specimen__angle": angle}

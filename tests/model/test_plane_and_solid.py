@@ -35,7 +35,7 @@ def test_with_free_faces_a_beam_is_close_to_plane_stress(model: str) -> None:
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
-def test_half_a_beam_in_space_is_the_whole(plane: str) -> None:
+def test_half_a_beam_in_3d_is_the_whole(plane: str) -> None:
     scene = coarse_beam("notched-beam-3d", plane)
     half, whole = run(scene.with_(**{"model.half": True})), run(scene)
     assert half.total_dofs < 0.6 * whole.total_dofs

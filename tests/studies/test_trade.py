@@ -62,7 +62,7 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.parametrize("name", ["notched-beam-3d", "single-crack-3d"])
-def test_a_trade_in_space(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trade_in_3d(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohesive.studies.trade.REPEATED", 0.0)
     sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
     if name == "single-crack-3d":
