@@ -185,7 +185,7 @@ def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
     assert steps == {"T3", "band", "small", "wide", "fine", "CrackPlane"}
 
 
-def test_benchmark_in_space(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Its tables, not its times."""
     monkeypatch.setattr(benchmark_solid, "apart", lambda function, *arguments: function(*arguments))
     tables = benchmark_solid.main(True, {"coarse": (6.0, 25.0, 2), "finer": (4.0, 25.0, 3)})

@@ -86,7 +86,7 @@ def test_push_off_restraint_gives_stress_below_the_fit(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
-def test_push_off_in_space_is_that_of_the_plane(tmp_path: Path) -> None:
+def test_push_off_in_3d_is_that_in_2d(tmp_path: Path) -> None:
     numbers = push_off_3d.main(size=40.0, steps=10, increments=10, plot=tmp_path / "a.png")
     assert numbers["discrete, plane: apart"] < 1e-3  # what Poisson's ratio does through the thickness: 1e-4
     assert numbers["smeared: apart"] < 0.02  # one law in both

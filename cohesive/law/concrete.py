@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import ParameterError
 from .softening import Softening
 from .softening_branches import Rise, first_branch, opening_of_first_branch, spent, steepest_rise
 from .softening_choice import curve_of, fixes_strength, normalized, strength_and_energy
@@ -93,11 +94,13 @@ class Concrete:
             object.__setattr__(self, name, _triple(name, getattr(self, name)))
         for name in ("onset_cap", "shear_scaling"):
             if not isinstance(getattr(self, name), bool):
-                raise ValueError(f"{name} = {getattr(self, name)!r}: expected true or false")
+                raise ParameterError(f"{name} = {getattr(self, name)!r}: expected true or false", name)
         if self.contact not in ("printed", "potential"):
-            raise ValueError(f"contact = {self.contact!r}: expected 'printed' or 'potential'")
+            raise ParameterError(f"contact = {self.contact!r}: expected 'printed' or 'potential'", "contact")
         if self.contact == "potential" and not self.shear_scaling:
-            raise ValueError("shear_scaling = False: contact = 'potential' does not depend on the width; expected True")
+            raise ParameterError(
+                "shear_scaling = False: contact = 'potential' does not depend on the width; expected True", "shear_scaling"
+            )
         object.__setattr__(self, "softening", normalized(self.softening))
         self._follow_curve()
         for name in (f.name for f in fields(self) if f.type == "float"):
@@ -105,19 +108,23 @@ class Concrete:
             if name == "Zm" and (value is None or isinstance(value, Derived)):
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise ValueError(f"{name} = {value!r}: expected a finite number")
+                raise ParameterError(f"{name} = {value!r}: expected a finite number", name)
             if name in _POSITIVE and not value > 0:
-                raise ValueError(f"{name} = {value!r}: expected a number above 0")
+                raise ParameterError(f"{name} = {value!r}: expected a number above 0", name)
         if not 0 <= self.nu < 0.5:
-            raise ValueError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5")
+            raise ParameterError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5", "nu")
         if self.mu_sigma < 0 or self.mu_sigma >= self.r_sigma:
-            raise ValueError(f"mu_sigma = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}")
+            raise ParameterError(
+                f"mu_sigma = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}", "mu_sigma"
+            )
         if self.r_z < 0:
-            raise ValueError(f"r_z = {self.r_z!r}: expected a number of at least 0")
+            raise ParameterError(f"r_z = {self.r_z!r}: expected a number of at least 0", "r_z")
         if min(self.c) <= 0:
-            raise ValueError(f"c = {list(self.c)}: expected three numbers above 0")
+            raise ParameterError(f"c = {list(self.c)}: expected three numbers above 0", "c")
         if min(self.p) < 0 or abs(sum(self.p) - 1.0) > 1e-9:
-            raise ValueError(f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}")
+            raise ParameterError(
+                f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}", "p"
+            )
         self._follow_size()
 
     @property
@@ -131,7 +138,9 @@ class Concrete:
             for name in ("ft", "Gf"):
                 value = getattr(self, name)
                 if value is None:
-                    raise ValueError(f"{name} is missing: expected a number above 0, or softening = {{points = ...}}")
+                    raise ParameterError(
+                        f"{name} is missing: expected a number above 0, or softening = {{points = ...}}", name
+                    )
                 if isinstance(value, Derived):  # from points that have been replaced
                     object.__setattr__(self, name, float(value))
             return
@@ -139,7 +148,9 @@ class Concrete:
             given = getattr(self, name)
             is_given = given is not None and not isinstance(given, Derived)
             if is_given and not (isinstance(given, (int, float)) and abs(given - found) <= _AGREEMENT * found):
-                raise ValueError(f"{name} = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}")
+                raise ParameterError(
+                    f"{name} = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}", name
+                )
             object.__setattr__(self, name, Derived(found))
 
     def _follow_size(self) -> None:
@@ -151,9 +162,10 @@ class Concrete:
         if fixes_strength(self.softening):
             w1 = opening_of_first_branch(curve)
             if not math.isfinite(w1):
-                raise ValueError(
+                raise ParameterError(
                     "Zm is missing: the softening curve rises above its first stress before it falls, which tells nothing of "
-                    "the size of the asperities; expected a length in mm"
+                    "the size of the asperities; expected a length in mm",
+                    "Zm",
                 )
             length = min(length, self.c1 * w1)
         object.__setattr__(self, "Zm", Derived(length))
@@ -226,7 +238,7 @@ def with_preset(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
         For a name that is not in `PRESETS`, or a softening that is none.
     """
     if name not in PRESETS:
-        raise ValueError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}")
+        raise ParameterError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}", "preset")
     preset = dict(PRESETS[name])
     if fixes_strength(normalized(changes.get("softening", "exponential"))):
         del preset["ft"], preset["Gf"]
@@ -238,7 +250,7 @@ def _triple(name: str, value: object) -> tuple[float, float, float]:
     try:
         a, b, c = (float(x) for x in value)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r}: expected three numbers") from None
+        raise ParameterError(f"{name} = {value!r}: expected three numbers", name) from None
     if not all(map(math.isfinite, (a, b, c))):
-        raise ValueError(f"{name} = {value!r}: expected three finite numbers")
+        raise ParameterError(f"{name} = {value!r}: expected three finite numbers", name)
     return a, b, c

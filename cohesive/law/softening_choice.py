@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import ParameterError
 from .softening import SOFTENING, PiecewiseLinear, Softening, bilinear
 
 #: the strength and energy of a curve may differ from ft and Gf by this part
@@ -36,7 +37,7 @@ def normalized(softening: Any) -> Any:
     is_curve = not isinstance(softening, type) and all(callable(getattr(softening, name, None)) for name in needed)
     if is_curve and isinstance(getattr(softening, "end", None), (int, float)):
         return softening
-    raise ValueError(
+    raise _refused(
         f"softening = {reprlib.repr(softening)}: expected one of {', '.join(SOFTENING)}, or {{kink = [x, y]}}, "
         "{points = [[w, stress], ...]}, or an object with stress, slope, work and end"
     )
@@ -59,7 +60,7 @@ def strength_and_energy(softening: Any) -> tuple[float, float]:
     ft, Gf = float(curve.stress(np.zeros(1))[0]), float(curve.work(np.array([float(curve.end)]))[0])
     for what, value in (("stress(0)", ft), ("work(end)", Gf)):
         if not 0 < value < math.inf:
-            raise ValueError(f"softening: {what} = {value!r}: expected a finite number above 0")
+            raise _refused(f"softening: {what} = {value!r}: expected a finite number above 0")
     return ft, Gf
 
 
@@ -79,14 +80,14 @@ def curve_of(softening: Any, ft: float, Gf: float) -> Softening:
         curve = bilinear(ft, Gf, *softening["kink"])
     end = float(curve.end)
     if not end > 0:
-        raise ValueError(f"softening: end = {end!r}: expected an opening above 0 in mm, or inf")
+        raise _refused(f"softening: end = {end!r}: expected an opening above 0 in mm, or inf")
     last = np.array([end])
     for what, value, wanted, scale in (
         ("stress(0)", curve.stress(np.zeros(1)), ft, ft), ("work(end)", curve.work(last), Gf, Gf),
         ("stress(end)", curve.stress(last), 0.0, ft), ("slope(end)", curve.slope(last), 0.0, ft**2 / Gf),
     ):  # fmt: skip
         if not abs(float(value[0]) - wanted) <= _AGREEMENT * scale:
-            raise ValueError(f"softening = {reprlib.repr(softening)}: {what} = {float(value[0]):.9g}; expected {wanted:.9g}")
+            raise _refused(f"softening = {reprlib.repr(softening)}: {what} = {float(value[0]):.9g}; expected {wanted:.9g}")
     return curve
 
 
@@ -113,7 +114,7 @@ def softening_data(softening: Any) -> str | dict[str, Any]:
     if isinstance(softening, (str, Mapping)):
         plain: str | dict[str, Any] = normalized(softening)
         return plain
-    raise ValueError(
+    raise _refused(
         f"softening = {reprlib.repr(softening)}: an object that is not registered runs, but its scene cannot be saved; "
         "expected the name of a curve after register_softening"
     )
@@ -139,7 +140,7 @@ def _numbers(value: Any, count: int) -> list[float] | None:
 def _kink(value: Any) -> list[float]:
     numbers = _numbers(value, 2)
     if numbers is None or not (numbers[0] > 0 and 0 < numbers[1] < 1 and numbers[0] * (1 + numbers[1]) < 2):
-        raise ValueError(
+        raise _refused(
             f"softening.kink = {reprlib.repr(value)}: expected [x, y], an opening in Gf/ft above 0 and a stress in ft between "
             "0 and 1, with x (1 + y) < 2, the area that the whole curve has"
         )
@@ -154,16 +155,20 @@ def _points(value: Any) -> list[list[float]]:
         pairs = []
     points = [pair for pair in pairs if pair is not None]
     if len(points) < 2 or len(points) < len(pairs):
-        raise ValueError(
+        raise _refused(
             f"softening.points = {reprlib.repr(value)}: expected at least two pairs [w, stress] of numbers, in mm and MPa"
         )
     if points[0][0] != 0 or not points[0][1] > 0:
-        raise ValueError(f"softening.points: begins with {points[0]}; expected w = 0 and the strength, above 0 MPa")
+        raise _refused(f"softening.points: begins with {points[0]}; expected w = 0 and the strength, above 0 MPa")
     for before, after in pairwise(points):
         if not after[0] > before[0]:
-            raise ValueError(f"softening.points: {after} follows {before}; expected w to grow from point to point")
+            raise _refused(f"softening.points: {after} follows {before}; expected w to grow from point to point")
         if after[1] < 0 or (after[1] == 0 and after is not points[-1]):
-            raise ValueError(f"softening.points: {after}; expected a stress above 0, which only the last point ends")
+            raise _refused(f"softening.points: {after}; expected a stress above 0, which only the last point ends")
     if points[-1][1] != 0:
-        raise ValueError(f"softening.points: ends with {points[-1]}; expected a last point with stress 0")
+        raise _refused(f"softening.points: ends with {points[-1]}; expected a last point with stress 0")
     return points
+
+
+def _refused(message: str) -> ParameterError:
+    return ParameterError(message, "softening")

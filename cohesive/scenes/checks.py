@@ -64,6 +64,8 @@ def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:
         return cls(**table)
     except (MeshError, ParameterError) as error:
         raise SceneError(f"{prefix}.{error}", f"{prefix}.{error.key}") from None
+    except ValueError as error:  # of a specimen of the user's
+        raise SceneError(f"{prefix}.{error}", prefix) from None
 
 
 def alternatives(hint: Any) -> tuple[Any, ...]:

@@ -194,7 +194,7 @@ def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pyte
         monkeypatch.setattr(cohesive.algebra.bordered, "FEWEST", fewest)
         monkeypatch.setattr(cohesive.algebra.bordered, "DENSE_WORTH", 2)
         for kind in ("condensed", "none"):
-            found[fewest, kind] = run(exact.with_(**{"solver.reduction": kind}))
+            found[fewest, kind] = run(exact.with_(**{"solver.condensation": kind}))
     reference = found[10**9, "condensed"]
     for result in found.values():
         for name in ("load", "opening", "dissipated"):
@@ -235,7 +235,7 @@ def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch)
     assert model.condensation.kind == "condensed" and model.condensation.why == ""  # nothing to weigh: 50 unknowns of 1000
     monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 1e-4)
     model = build(beam)
-    assert model.condensation.kind == "none" and "times the work" in model.condensation.why
+    assert model.condensation.kind == "whole" and "times the work" in model.condensation.why
     monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 10.0)
     monkeypatch.setattr(cohesive.algebra.choice, "LARGE", 1.0)
     result = run(beam)
@@ -247,8 +247,8 @@ def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch)
     for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
         monkeypatch.setattr(cohesive.algebra.choice, "machine_memory", lambda available=available: available)
         model = build(beam)
-        assert model.condensation.kind == "none" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
+        assert model.condensation.kind == "whole" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
         assert ("'petsc'" in model.condensation.why) == hint
     monkeypatch.setattr(part, "memory", property(lambda self: 5e8))
     assert build(beam).condensation.kind == "condensed"
-    assert build(beam.with_(**{"solver.reduction": "none"})).condensation.kind == "none"  # the user's word counts
+    assert build(beam.with_(**{"solver.condensation": "never"})).condensation.kind == "whole"  # the user's word counts

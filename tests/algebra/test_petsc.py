@@ -53,7 +53,7 @@ SAME = ("load", "opening", "driven", "elastic", "stored", "dissipated", "contact
 
 
 def exact(scene: Scene, reduction: str) -> Scene:
-    return scene.with_(**{"solver.tol": 1e-11, "solver.reduction": reduction, "output.frames": 0})
+    return scene.with_(**{"solver.tol": 1e-11, "solver.condensation": reduction, "output.frames": 0})
 
 
 def assert_same(history: dict[str, np.ndarray], expected: dict[str, np.ndarray], atol: float) -> None:
@@ -69,7 +69,7 @@ AGREE = 1e-8
 @needs_petsc
 @pytest.mark.parametrize("name", CASES)
 def test_petsc_is_scipy(name: str) -> None:
-    expected, found = (run(exact(CASES[name], reduction)) for reduction in ("none", "petsc"))
+    expected, found = (run(exact(CASES[name], reduction)) for reduction in ("never", "petsc"))
     assert_same(found.history, expected.history, AGREE)
     np.testing.assert_array_equal(found.history["iterations"], expected.history["iterations"])  # no step is inexact
     assert name != "panel" or abs(found.history["contact_work"]).max() > 1e-3 * found.history["work"].max()
@@ -132,7 +132,7 @@ def test_without_the_package_the_run_says_what_to_install(
     monkeypatch.setitem(sys.modules, "petsc4py", None)
     stiffness.petsc.cache_clear()
     stiffness.solver_type.cache_clear()
-    assert main(["run", "single-crack", "-o", str(tmp_path), "--set", "solver.reduction=petsc"]) == 2
+    assert main(["run", "single-crack", "-o", str(tmp_path), "--set", "solver.condensation=petsc"]) == 2
     err = capsys.readouterr().err
     assert err.startswith("cohesive: solver.condensation = 'petsc' needs the package petsc4py") and len(err.splitlines()) == 1
     assert "pip install 'cohesive-cracks[petsc]'" in err
@@ -164,7 +164,7 @@ def test_other_commands_are_refused_on_several_processes(
     monkeypatch.setenv(names[0], "0")
     monkeypatch.setenv(names[1], "4")
     assert rank_and_size() == (0, 4)
-    for words in (["run", "single-crack"], ["law"], ["trade", "single-crack", "--set", "solver.reduction=petsc"]):
+    for words in (["run", "single-crack"], ["law"], ["trade", "single-crack", "--set", "solver.condensation=petsc"]):
         assert main([*words, "-o", str(tmp_path)]) == 2
         assert "mpiexec started 4 processes: expected one, or" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
@@ -201,7 +201,7 @@ def command(folder: Path, scene: str = "notched-beam", **changes: object) -> lis
     return words + [word for key, value in changes.items() for word in ("--set", f"{key.replace('__', '.')}={value}")]
 
 
-PETSC = {"solver__reduction": "petsc", "mesh__crack_size": 2.5, "mesh__far_size": 12.0}
+PETSC = {"solver__condensation": "petsc", "mesh__crack_size": 2.5, "mesh__far_size": 12.0}
 
 
 def processes_of(folder: Path) -> list[tuple[int, str]]:
@@ -268,7 +268,7 @@ def test_an_error_is_told_once_and_ends_both(
 def test_a_script_of_two_processes(mpiexec: Start, tmp_path: Path) -> None:
     """With the two lines it runs once; without them it is told."""
     script = tmp_path / "script.py"
-    scene = "Scene.load('single-crack').with_(**{'solver.reduction': 'petsc'})"
+    scene = "Scene.load('single-crack').with_(**{'solver.condensation': 'petsc'})"
     body = f"from cohesive import Scene, run\nprint('peak', run({scene}).peak_load)"
     script.write_text(f"from cohesive import petsc\npetsc.start()\n{body}\n")
     out, err = mpiexec(str(script)).communicate(timeout=60)

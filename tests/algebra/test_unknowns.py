@@ -1,4 +1,4 @@
-"""Unknowns: means, jumps and ties."""
+"""Unknowns: means, jumps and constraints."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_faces_in_place_of_means_and_jumps() -> None:
     assert not transform.toarray()[(2 * faces[:, None] + [0, 1]).ravel(), :-8].any()
 
 
-def test_ties_along_slanted_directions() -> None:
+def test_constraints_along_slanted_directions() -> None:
     d = (0.6, 0.8)
     made = Unknowns.from_constraints(
         LEADER, [Constraint("a", np.array([3]), d)], [Constraint("load", np.array([0]), (-0.8, 0.6))]
@@ -71,7 +71,7 @@ def test_ties_along_slanted_directions() -> None:
     assert abs(u[3] @ d) < 1e-15
 
 
-def test_ties_that_contradict_each_other_are_named() -> None:
+def test_constraints_that_contradict_each_other_are_named() -> None:
     with pytest.raises(ValueError, match="load: a node is both held and driven"):
         unknowns(Constraint("load", np.array([0]), Y))
     with pytest.raises(ValueError, match="slope: its direction is oblique"):
@@ -101,7 +101,7 @@ def test_nested_dissection_separates_halves_by_a_face() -> None:
     np.testing.assert_array_equal(np.flatnonzero(group == group.max()), np.flatnonzero(solid.points[:, 0] == 12.0))
 
 
-def test_ties_in_space() -> None:
+def test_constraints_in_3d() -> None:
     """Two drives or supports at a node in any directions at right angles to each other; others are refused."""
     Q = rotation(2)
     a, b, c = (tuple(row) for row in Q)

@@ -1,4 +1,4 @@
-"""Points of a crack band, in plane stress, plane strain or space, how they are led, and what holds at any state of theirs."""
+"""Points of a crack band, in plane stress, plane strain or 3D, how they are led, and what holds at any state of theirs."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def band(
         shape = shape * [1, -1]
     turns = TURNS[space][:1] if turns is None else turns
     corners = np.einsum("nij,cj->nci", turns, side * shape)
-    law = CrackPlane(material, side, shear_scaling=scaled)
+    law = CrackPlane(replace(material, shear_scaling=scaled), side)
     return CrackBand(law, D, corners, **{key: options[key] for key in own})
 
 
@@ -96,7 +96,7 @@ def check(law: CrackBand, state: BandState) -> None:
     assert np.isfinite(state.stress).all()
     N, release = stress_transformation(cracks.rotation), np.zeros_like(state.stress)
     for i, point in enumerate(cracks.point):
-        plane = CrackPlane(law.concrete, float(cracks.length[i]), shear_scaling=law.plane.shear_scaling)
+        plane = CrackPlane(law.concrete, float(cracks.length[i]))
         traction, Z = plane.traction(cracks.jump[[i]], cracks.Z[[i]])
         np.testing.assert_allclose([N[i] @ state.stress[point], cracks.traction[i]], [*traction, *traction], atol=allowed)
         assert Z[0] == cracks.Z[i]

@@ -1,4 +1,4 @@
-"""The crack band at a point, in the plane and in space: against the crack-plane law, tangents, purity, turned, robustness."""
+"""The crack band at a point, in 2D and 3D: against the crack-plane law, tangents, purity, rotations, robustness."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ LEGS: dict[str, list[list[float]]] = {
 
 
 @pytest.mark.parametrize("name", LEGS)
-def test_turned_in_space_nothing_changes(name: str) -> None:
+def test_rotated_in_3d_nothing_changes(name: str) -> None:
     law = band(space="space", turns=TURNS["space"])
     state = law.initial()
     for leg in np.array(LEGS[name]) * Zm / 20.0:
@@ -177,7 +177,7 @@ def test_the_normal_of_the_path_is_taken_if_it_is_as_good(space: str, degrees: f
 
 @pytest.mark.parametrize(("plane", "nu"), [("stress", 0.2), ("strain", 0.2), ("strain", 0.45)])
 @pytest.mark.parametrize("side", [2.5, 40.0])
-def test_a_crack_slammed_shut_in_the_plane_ends_where_a_slow_one_does(side: float, plane: str, nu: float) -> None:
+def test_a_crack_slammed_shut_in_2d_ends_where_a_slow_one_does(side: float, plane: str, nu: float) -> None:
     """To -10 .. -40 MPa in one step and in 60. At nu = .45 a fold may bar a way, which then fails."""
     law, random, compared = band(side, plane, nu=nu), np.random.default_rng(9), 0
     opened = follow(law, law.initial(), [0.3 * Zm / side, 0, 0])
@@ -194,7 +194,7 @@ def test_a_crack_slammed_shut_in_the_plane_ends_where_a_slow_one_does(side: floa
 
 
 @pytest.mark.parametrize("side", [2.5, 40.0])
-def test_a_crack_slammed_shut_in_space_ends_where_a_slow_one_does(side: float) -> None:
+def test_a_crack_slammed_shut_in_3d_ends_where_a_slow_one_does(side: float) -> None:
     """To -5 and -15 MPa of uniaxial strain in one step and in 60, where the way there has a solution."""
     law = band(side, "space")
     opened = follow(law, law.initial(), [0.3 * Zm / side, 0, 0, 0, 0, 0])
@@ -208,7 +208,7 @@ def test_a_crack_slammed_shut_in_space_ends_where_a_slow_one_does(side: float) -
 
 
 @pytest.mark.parametrize(("plane", "nu"), [("stress", 0.2), ("strain", 0.2), ("strain", 0.45)])
-def test_random_walks_in_the_plane_stay_on_the_law(plane: str, nu: float) -> None:
+def test_random_walks_in_2d_stay_on_the_law(plane: str, nu: float) -> None:
     """Opening, closing and shear at random: every state that is returned is in balance, and few steps fail."""
     random, law, passed, planes = np.random.default_rng(10), band(10.0, plane, nu=nu), 0, 0
     for _ in range(10):
@@ -224,7 +224,7 @@ def test_random_walks_in_the_plane_stay_on_the_law(plane: str, nu: float) -> Non
     assert planes > 14 and passed >= 247
 
 
-def test_random_walks_in_space_stay_on_the_law() -> None:
+def test_random_walks_in_3d_stay_on_the_law() -> None:
     """Opening, closing and shear at random: every state that is returned is in balance, and few steps fail."""
     random, law, passed, planes = np.random.default_rng(10), band(10.0, "space", TURNS["space"][3:4]), 0, 0
     for _ in range(8):

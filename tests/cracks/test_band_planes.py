@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -21,7 +22,7 @@ def test_without_shear_scaling_contact_has_the_printed_reduction() -> None:
     """H instead of H_w, eqs (13) and (25): the ratio of the two contact tractions at one jump."""
     side, jump, contact = 5.0, np.array([[0.1, 0.5]]) * Zm, []
     for scaled in (True, False):
-        law, plane = band(side, scaled=scaled), CrackPlane(CONCRETE, side, shear_scaling=scaled)
+        law, plane = band(side, scaled=scaled), CrackPlane(replace(CONCRETE, shear_scaling=scaled), side)
         t = plane.traction(jump, np.zeros(1))[0][0]
         strain = [jump[0, 0] / side, -CONCRETE.nu * t[0] / CONCRETE.E, jump[0, 1] / side]
         state = follow(law, law.initial(), [0.1 * Zm / side, 0, 0], strain)

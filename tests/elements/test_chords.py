@@ -1,4 +1,4 @@
-"""Longest chords of elements, l_ch: known shapes, and random ones against many lines, in the plane and in space."""
+"""Longest chords of elements, l_ch: known shapes, and random ones against many lines, in 2D and 3D."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def test_jumps_of_crack_cells(name: str, quadrature: str) -> None:
     if d == 2:
         frames = rotations(interface.normals)
         np.testing.assert_allclose(frames, np.broadcast_to(crack.frame.T, frames.shape), atol=1e-12)
-    # a uniform jump in space, every pair of nodes included
+    # a uniform jump, every pair of nodes included
     jump, u = np.array([0.3, -0.2, 0.5])[:d], np.zeros_like(points)
     u[cells[:, SIDES[kind][1]]] = jump
     local = (interface.jump_operator @ u.ravel()).reshape(-1, d)

@@ -173,7 +173,7 @@ def test_shear_scaling_tends_to_the_inelastic_stiffness(width: float) -> None:
     u1 = np.array([0.01, 0.05, 0.1]) * m.Zm
     H = np.exp(-u1[:, None] / (np.array(m.c) * m.Zm)) @ m.p  # eq. (13)
     jump = np.column_stack([u1, np.full(3, m.Zm)])  # in contact
-    contact, unscaled = (each.contact_traction(jump, Z) / each.damage(Z)[:, None] for each in (law, printed))
+    contact, unscaled = (each.width * each.contact_traction(jump, Z) / each.damage(Z)[:, None] for each in (law, printed))
     assert (abs(unscaled) > 1e-3).all()
     scaled = (contact / unscaled)[:, 1] * H
     np.testing.assert_allclose(contact[:, 0] / unscaled[:, 0] * H, scaled, rtol=1e-12)

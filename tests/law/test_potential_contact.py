@@ -146,13 +146,13 @@ def test_growing_damage_creates_no_energy_either(name: str, width: float) -> Non
     step = 1e-4 * Z
 
     def energy(history: Array) -> Array:
-        from cohesive.law.potential_contact import solve, total
+        from cohesive.law.potential_contact import inelastic_jump, total_energy
 
         psi = np.zeros(len(jump))
         at = np.flatnonzero(law.contact_distance(jump, history)[0] < law.contact_reach(history))
         u, z = np.column_stack([jump[at, 0], abs(jump[at, 1])]), history[at]
         k = np.broadcast_to(law.stiffness(2), u.shape)
-        psi[at] = total(law, solve(law, u, z, k), u, z, k)[0]
+        psi[at] = total_energy(law.concrete, k, inelastic_jump(law.concrete, k, u, z), u, z)[0]
         return np.asarray(law.stored_energy(jump, history) + law.damage(history) * psi)
 
     before, after = energy(Z), energy(Z + step)
@@ -242,7 +242,7 @@ def test_a_local_iteration_that_fails_is_a_step_that_fails(monkeypatch: pytest.M
 
     def fail_from_now_on(step: object, row: dict[str, float]) -> None:
         if row["step"] == 5:
-            monkeypatch.setattr("cohesive.law.potential_contact.ITERATIONS", 0)
+            monkeypatch.setattr("cohesive.law.potential_contact.MAX_ITERATIONS", 0)
 
     with pytest.raises(NotConverged, match="no contact found for the jump") as stopped:
         run(cyclic, on_step=fail_from_now_on)
@@ -253,4 +253,4 @@ def test_bad_input() -> None:
     with pytest.raises(ValueError, match="contact = 'other': expected 'printed' or 'potential'"):
         Concrete.preset("reinhardt", contact="other")
     with pytest.raises(ValueError, match="shear_scaling"):
-        CrackPlane(MENDED, 1.0, shear_scaling=False)
+        replace(MENDED, shear_scaling=False)

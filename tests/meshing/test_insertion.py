@@ -1,4 +1,4 @@
-"""Splitting of meshes by node stars, along lines in the plane and along faces in space."""
+"""Splitting of meshes by node stars, along lines in 2D and along faces in 3D."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def test_point_sets_grow_by_the_copies() -> None:
     assert len(cut(mesh, [(2, 0), (2, 4)]).point_sets["load"]) == 2
 
 
-def test_slits_half_and_sets_in_space() -> None:
+def test_slits_half_and_sets_in_3d() -> None:
     mesh = cubes()
     mesh.point_sets = {"line": np.flatnonzero((mesh.points[:, :2] == [2, 4]).all(axis=1))}
     crack, slit = faces_on(mesh, *on(X, 2, (Y, 2, 4))), faces_on(mesh, *on(X, 2, (Y, 0, 2)))

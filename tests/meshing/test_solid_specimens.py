@@ -262,8 +262,8 @@ def test_triangles_face_the_plus_side() -> None:
         ({"thickness": 0.0}, "thickness = 0.0: expected a number above 0"),
         ({"gauge": -1.0}, "gauge = -1.0: expected a number of at least 0"),
         ({"gauge": 40.0}, "gauge = 40.0: expected less than width, height and thickness"),
-        ({"angle": -90.0}, "angle = -90.0: expected above -90 and at most 90 degrees"),
-        ({"tilt": 91.0}, "tilt = 91.0: expected above -90 and at most 90 degrees"),
+        ({"angle": -90.0}, "angle = -90.0: expected a number above -90 and at most 90, in degrees"),
+        ({"tilt": 91.0}, "tilt = 91.0: expected a number above -90 and at most 90, in degrees"),
         ({"faces": "glued"}, "faces = 'glued': expected 'free' or 'clamped'"),
         ({"crack_radius": 0.0}, "crack_radius = 0.0: expected above 0 and below 20, to end inside the block"),
         ({"crack_radius": 20.0}, "crack_radius = 20.0: expected above 0 and below 20, to end inside the block"),
@@ -286,7 +286,7 @@ def test_keys_of_a_block_that_do_not_work_are_named(keys: dict[str, Any], messag
 
 
 def test_sizes_that_do_not_work_are_named() -> None:
-    with pytest.raises(ValueError, match="layers = 0: expected a whole number of at least 1"):
+    with pytest.raises(ValueError, match="layers = 0: expected a number of at least 1"):
         MeshSizes(1.0, 2.0, layers=0)
     with pytest.raises(ValueError, match=r"layers = 2\.5: expected a whole number of at least 1"):
         MeshSizes(1.0, 2.0, layers=2.5)  # type: ignore[arg-type]

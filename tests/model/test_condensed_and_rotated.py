@@ -1,4 +1,4 @@
-"""The same answer in other ways: condensed and full, straight and turned, in the plane and in space; and the law's own."""
+"""The same answer in other ways: condensed and full, straight and rotated, in 2D and in 3D; and the law's own."""
 
 from __future__ import annotations
 
@@ -116,10 +116,10 @@ def test_the_plane_answer(kind: str, place: Place) -> None:
         np.testing.assert_allclose(space[name], plane[name], atol=1e-8 * size, err_msg=name)
 
 
-def pulled_and_sheared(name: str, reduction: str = "condensed") -> Result:
+def pulled_and_sheared(name: str, reduction: str = "always") -> Result:
     """Two drives at 60 degrees between pull and shear, clamped faces: nothing is uniform."""
     stage = [{"control": "driven", "to": [0.004, 0.012, 0.03], "steps": 2, "angle": 60.0}]
-    return run(scene_of(SCENES[name], solver__reduction=reduction, stage=stage))
+    return run(scene_of(SCENES[name], solver__condensation=reduction, stage=stage))
 
 
 #: scenes of plane bodies, which are condensed to at most this part of their unknowns
@@ -155,13 +155,13 @@ def test_condensed_is_full(name: str) -> None:
     changes, part = PLANE[name]
     kind = {"beam": "notched-beam", "plate": "jacobsen-mixed-mode", "panel": "sandwich-panel"}[name.split()[0].rstrip(",")]
     exact = Scene.load(kind).with_(**changes, **{"solver.tol": 1e-11, "output.frames": 0})
-    condensed, full = (run(exact.with_(**{"solver.reduction": reduction})) for reduction in ("condensed", "none"))
+    condensed, full = (run(exact.with_(**{"solver.condensation": reduction})) for reduction in ("always", "never"))
     assert_condensed_is_full(condensed, full)
     assert condensed.active_dofs < part * condensed.total_dofs
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_condensed_is_full_and_turned_is_straight_in_space(name: str, place: Place) -> None:
+def test_condensed_is_full_and_rotated_is_straight_in_3d(name: str, place: Place) -> None:
     place(SOLIDS[name], np.eye(3), clamped=True)
     condensed, full = pulled_and_sheared(name), pulled_and_sheared(name, "none")
     place(SOLIDS[name], rotation(4), clamped=True)
@@ -202,7 +202,7 @@ def test_mean_tractions_carry_the_drives(name: str, place: Place) -> None:
 
 
 @pytest.mark.parametrize("angle", [30.0, 45.0, 90.0, 137.2])
-def test_turning_the_whole_scene_changes_nothing(tmp_path: Path, angle: float) -> None:
+def test_rotating_the_whole_scene_changes_nothing(tmp_path: Path, angle: float) -> None:
     path = [[-20.0, 0.0], [0.0, 4.0], [10.0, 0.0]]  # a kinked crack with its tip inside
     specimen = SingleCrack(40.0, 30.0, 10.0, crack=path)
     mesh = specimen.mesh(MeshSizes(5.0, 8.0))
@@ -220,7 +220,7 @@ def test_turning_the_whole_scene_changes_nothing(tmp_path: Path, angle: float) -
 
 @pytest.mark.parametrize(("shape", "order"), [("triangle", 1), ("quad", 1), ("triangle", 2)])
 @pytest.mark.parametrize("angle", [0.0, 20.0])
-def test_a_turned_block_has_the_same_history(angle: float, shape: str, order: int) -> None:
+def test_a_rotated_block_has_the_same_history(angle: float, shape: str, order: int) -> None:
     """Opened and nearly closed, also on an inclined path, where the crack slides. There gmsh pairs the triangles of a
     turned block to other quadrilaterals: two meshes, whose loads differ by 2e-4."""
     options: dict[str, Any] = {"mesh__shape": shape, "mesh__order": order, "specimen__angle": angle}

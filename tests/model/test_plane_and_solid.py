@@ -35,7 +35,7 @@ def test_with_free_faces_a_beam_is_close_to_plane_stress(model: str) -> None:
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
-def test_half_a_beam_in_space_is_the_whole(plane: str) -> None:
+def test_half_a_beam_in_3d_is_the_whole(plane: str) -> None:
     scene = coarse_beam("notched-beam-3d", plane)
     half, whole = run(scene.with_(**{"model.half": True})), run(scene)
     assert half.total_dofs < 0.6 * whole.total_dofs
@@ -94,5 +94,5 @@ def test_a_slanted_crack_anywhere() -> None:
     )  # fmt: skip
     result = run(scene)
     assert result.model.cracks.area == pytest.approx(100 / np.cos(np.radians(20)) * 50 / np.cos(np.radians(15)), rel=0.02)
-    assert result.model.condensation.kind == "none" and result.dissipated_energy > 0
-    assert run(scene.with_(**{"solver.reduction": "condensed", "stage.0.steps": 1})).model.condensation.kind == "none"
+    assert result.model.condensation.kind == "whole" and result.dissipated_energy > 0
+    assert run(scene.with_(**{"solver.condensation": "condensed", "stage.0.steps": 1})).model.condensation.kind == "whole"

@@ -58,7 +58,7 @@ def test_a_band_has_no_width_of_its_own_where_its_elements_give_it() -> None:
         block(band__width=2.0, band__where="everywhere")
 
 
-def test_what_has_no_meaning_in_space_is_refused() -> None:
+def test_what_has_no_meaning_in_3d_is_refused() -> None:
     single, extruded = Scene.load("single-crack-3d"), Scene.load("notched-beam-3d")
     for scene, changes, message in (
         (single, {"model.plane": "strain"}, r"^model.plane = 'strain': a single-crack-3d is no plane body"),

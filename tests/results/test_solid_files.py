@@ -1,4 +1,4 @@
-"""Files and pictures of a run in space."""
+"""Files and pictures of a run in 3D."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cohesive.results.solid_figures import outer_faces
 QUICK = ["--set", "mesh.crack_size=3.0", "--set", "mesh.layers=2", "--set", "stage.0.steps=6"]
 
 
-def test_files_of_a_run_in_space(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_of_a_run_in_3d(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "notched-beam-3d", "-o", str(tmp_path), *QUICK]) == 0
     assert "in three dimensions with front and back free" in capsys.readouterr().out
     names = {path.name for path in tmp_path.iterdir()}

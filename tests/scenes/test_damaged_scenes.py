@@ -19,10 +19,10 @@ VALUES: list[Any] = [
 ]  # fmt: skip
 #: so that all keys of these tables are there to be damaged
 TABLES: dict[str, dict[str, Any]] = {
-    "band": {"where": "path", "max_cracks": 3, "threshold_angle": 60.0, "tol": 1e-11, "shear_scaling": True},
+    "band": {"where": "path", "max_cracks": 3, "threshold_angle": 60.0},
     "model": {"kind": "discrete", "plane": "stress", "half": False},
     "interface": {"width": 0.5, "quadrature": "nodal"},
-    "solver": {"tol": 1e-4, "reduction": "auto"},
+    "solver": {"tol": 1e-4, "condensation": "auto", "step_growth": 1.0},
     "output": {"frames": 0},
 }
 

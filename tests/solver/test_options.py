@@ -13,7 +13,7 @@ from tests.builders import block
 
 def test_steps_that_converge_easily_grow_and_end_at_the_same_target(beam: Scene) -> None:
     scene = beam.with_(**{"stage.0.steps": 60})
-    plain, growing = (run(scene.with_(**{"solver.largest_step": most})) for most in (1.0, 4.0))
+    plain, growing = (run(scene.with_(**{"solver.step_growth": most})) for most in (1.0, 4.0))
     assert not growing.history["cuts"].any()
     sizes, nominal = np.diff(growing.history["opening"], prepend=0.0), 0.18 / 60
     assert 1.9 * nominal < sizes.max() < 4.001 * nominal
