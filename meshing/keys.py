@@ -17,11 +17,17 @@ def key(
     below: float | None = None,
     at_most: float | None = None,
     one_of: tuple[str, ...] = (),
+    by_rule: bool = False,
 ) -> Any:
-    """A field of a dataclass that is a key of a scene. None is always in range; a string is, if the range has numbers."""
+    """A field of a dataclass that is a key of a scene.
+
+    None is always in range; a string is, if the range has numbers. A key without a default must be given, or follows from
+    others by a rule.
+    """
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     given = {name: bound for name, bound in bounds.items() if bound is not None}
-    return field(default=default, metadata={"meaning": meaning, "unit": unit, "bounds": given, "one_of": one_of})
+    metadata = {"meaning": meaning, "unit": unit, "bounds": given, "one_of": one_of, "by_rule": by_rule}
+    return field(default=default, metadata=metadata)
 
 
 def expected(metadata: Mapping[str, Any]) -> str:

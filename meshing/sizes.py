@@ -26,8 +26,11 @@ class MeshSizes:
         "element size along the crack path; default: the smaller of 1/25 of the crack length and 1/15 of E Gf/ft^2",
         unit="mm",
         above=0,
+        by_rule=True,
     )
-    far_size: float = key("element size far from the crack path; default: 8 times crack_size", unit="mm", above=0)
+    far_size: float = key(
+        "element size far from the crack path; default: 8 times crack_size", unit="mm", above=0, by_rule=True
+    )
     shape: str = key(
         "shape of the elements; in 3D they stand for tetrahedra and hexahedra", "triangle", one_of=("triangle", "quad")
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,11 @@ from .softening_choice import curve_of, fixes_strength, normalized, strength_and
 class Derived(float):
     """A parameter that was not given but follows from others. `dataclasses.replace` hands it on, and it follows again;
     float(value) makes a given number of it."""
+
+
+def _key(default: Any, meaning: str, unit: str = "", hash: bool | None = None) -> Any:
+    """A field that is a key of [material]. ft, Gf and Zm that are None become numbers in `Concrete`, see `Derived`."""
+    return field(default=default, hash=hash, metadata={"meaning": meaning, "unit": unit})
 
 
 @dataclass(frozen=True)
@@ -67,27 +72,32 @@ class Concrete:
         Naming the parameter, its value and what was expected.
     """
 
-    E: float
-    nu: float
-    ft: float = None  # type: ignore[assignment]  # as Gf and Zm a number once the concrete is made, see `Derived`
-    Gf: float = None  # type: ignore[assignment]
-    h: float = 60.0
-    m_g: float = 0.425
-    r_sigma: float = 1.25
-    mu_sigma: float = 0.8
-    c: tuple[float, float, float] = (0.01, 0.05, 2.0)
-    p: tuple[float, float, float] = (0.6, 0.3, 0.1)
-    c1: float = 5.0
-    n_g: float = 0.025
-    r_z: float = 0.018
-    c_zn: float = 9.0
-    c_lm: float = 3.0
-    u_phi0: float = 0.0
-    onset_cap: bool = True
-    contact: str = "printed"
-    shear_scaling: bool = True
-    softening: Any = field(default="exponential", hash=False)
-    Zm: float = None  # type: ignore[assignment]
+    E: float = _key(MISSING, "Young's modulus", "MPa")
+    nu: float = _key(MISSING, "Poisson's ratio, 0 <= nu < 0.5")
+    ft: float = _key(None, "uniaxial tensile strength; with softening points or an object it follows from them", "MPa")
+    Gf: float = _key(None, "mode I fracture energy; with softening points or an object it follows from them", "N/mm")
+    h: float = _key(60.0, "physical width of the fracture process zone, three times the coarse aggregate", "mm")
+    m_g: float = _key(0.425, "slope of the contact cone, eqs (8) and (9)")
+    r_sigma: float = _key(1.25, "shear intercept of the damage surface over ft")
+    mu_sigma: float = _key(0.8, "friction factor of the damage surface, below r_sigma")
+    c: tuple[float, float, float] = _key((0.01, 0.05, 2.0), "decay lengths of the three asperity sizes, eq. (13)", "Zm")
+    p: tuple[float, float, float] = _key((0.6, 0.3, 0.1), "proportions of the three asperity sizes, with sum 1, eq. (13)")
+    c1: float = _key(5.0, "gives Zm = c1 Gf/ft; it cancels from the softening curve")
+    n_g: float = _key(0.025, "nose radius of the contact surface, eq. (10)", "Zm")
+    r_z: float = _key(0.018, "smoothing length without damage, eq. (18)", "Zm")
+    c_zn: float = _key(9.0, "the smoothing length grows by Z/c_zn with damage, eq. (18)")
+    c_lm: float = _key(3.0, "contact begins so many smoothing lengths before the surface, eq. (19)")
+    u_phi0: float = _key(0.0, "opening below which no contact is lost, eq. (13); it shifts the contact surface", "mm")
+    onset_cap: bool = _key(True, "keep contact away from a crack that is younger than the smoothing length")
+    contact: str = _key("printed", "'printed', or 'potential': contact with an energy, which cycles cannot create")
+    shear_scaling: bool = _key(True, "H_w of eq. (25); without it H of eq. (13) at every width")
+    softening: Any = _key(
+        "exponential",
+        "softening curve: the name of a registered one, {kink = [x, y]} (two branches that meet at the opening x Gf/ft and "
+        "the stress y ft), or {points = [[w, stress], ...]} in mm and MPa",
+        hash=False,
+    )
+    Zm: float = _key(None, "length of the asperities, which scales the contact; default c1 Gf/ft, see Concrete", "mm")
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
@@ -197,6 +207,12 @@ class Concrete:
     def characteristic_length(self) -> float:
         """E Gf / ft^2, mm."""
         return self.E * self.Gf / self.ft**2
+
+    @property
+    def zone_length(self) -> float:
+        """E times the area of the first branch over ft^2, mm: what the size of the process zone at the peak goes by. The
+        exponential curve has the characteristic length."""
+        return self.E * self.first_branch_work / self.ft**2
 
     @classmethod
     def preset(cls, name: str, **changes: object) -> Concrete:

@@ -126,16 +126,17 @@ def centre_line(kind: str, dimension: int) -> Rule:
 
 
 def _excess(concrete: Concrete, width: float) -> float:
-    """Energy that a band of a width dissipates beyond Gf, over Gf."""
-    return width / (2.0 * concrete.characteristic_length)
+    """Energy that a band of a width dissipates beyond Gf, over the area of the softening curve's first branch (for the
+    exponential curve Gf): a steep first branch suffers long before Gf does."""
+    return width / (2.0 * concrete.zone_length)
 
 
 def _check_width(concrete: Concrete, width: float, key: str) -> None:
     excess = _excess(concrete, width)
     if excess > _REFUSE_EXCESS:
         raise SceneError(
-            f"{key} = {width:g}: a band so wide dissipates {100 * (1 + excess):.0f} % of Gf "
-            f"(ft^2 l_ch / 2E is {excess:.2g} Gf); expected less than {2 * concrete.characteristic_length:.4g} mm",
+            f"{key} = {width:g}: a band so wide dissipates {100 * (1 + excess):.0f} % of {_what(concrete)} "
+            f"(ft^2 l_ch / 2E is {excess:.2g} of it); expected less than {2 * concrete.zone_length:.4g} mm",
             key.partition(":")[0],
         )
 
@@ -146,6 +147,11 @@ def band_note(concrete: Concrete, width: float) -> str | None:
     if excess <= _WARN_EXCESS:
         return None
     return (
-        f"warning: a band of {width:g} mm dissipates {100 * excess:.1f} % more than Gf (ft^2 l_ch / 2E); "
-        f"up to {2 * _WARN_EXCESS * concrete.characteristic_length:.3g} mm it is below {100 * _WARN_EXCESS:g} %"
+        f"warning: a band of {width:g} mm dissipates {100 * excess:.1f} % more than {_what(concrete)} (ft^2 l_ch / 2E); "
+        f"up to {2 * _WARN_EXCESS * concrete.zone_length:.3g} mm it is below {100 * _WARN_EXCESS:g} %"
     )
+
+
+def _what(concrete: Concrete) -> str:
+    """What the energy of a band is compared with."""
+    return "Gf" if concrete.first_branch_work == concrete.Gf else "the softening curve's first branch"

@@ -40,9 +40,9 @@ class InterfacePart(CrackPart):
 
 def default_width(crack_length: float, concrete: Concrete) -> float:
     """Width of the crack plane in mm if the scene names none: the smaller of 1 % of the crack length and 0.4 % of
-    E Gf / ft^2. On the built-in beam it costs less than 1 % of the load at small opening and of the peak against a
-    vanishing width."""
-    return min(WIDTH_OF_CRACK * crack_length, WIDTH_OF_MATERIAL * concrete.characteristic_length)
+    `Concrete.zone_length`, E Gf / ft^2 with the exponential curve. On the built-in beam it costs less than 1 % of the load at
+    small opening and of the peak against a vanishing width."""
+    return min(WIDTH_OF_CRACK * crack_length, WIDTH_OF_MATERIAL * concrete.zone_length)
 
 
 def interface_part(

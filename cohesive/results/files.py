@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import meshio
 
-from ..errors import SceneError
+from ..errors import ParameterError, SceneError
+from ..law.softening_choice import softening_data
 from ..scenes.scene import dump_toml
 from ..solver.columns import COLUMN_NAMES
 from .frames import frame_mesh
@@ -121,8 +122,18 @@ def write_history(data: RunData, folder: Path) -> None:
 
 
 def write_scene(scene: Scene, folder: Path) -> None:
-    """scene.toml, with the files that it names beside it, so that it runs from there."""
+    """scene.toml, with the files that it names beside it, so that it runs from there.
+
+    Raises
+    ------
+    SceneError
+        If the material has a softening curve that no file can hold.
+    """
     data = copy.deepcopy(scene.data)
+    try:
+        softening_data(scene.material.softening)
+    except ParameterError as error:
+        raise SceneError(f"material.{error}", "material.softening") from None
     for table in ("reference", "specimen"):
         name = data.get(table, {}).get("file")
         if name is not None:
@@ -153,7 +164,7 @@ def write_frames(data: RunData, folder: Path) -> None:
 
 def write_run(data: RunData, folder: Path) -> None:
     """run.json: the scene, what came out, what it took, and the versions of what it ran with."""
-    facts = json.dumps(_facts(data), indent=2) + "\n"
+    facts = json.dumps(_facts(data), indent=2, default=repr) + "\n"
     write_file(folder / "run.json", lambda path: write_text(path, facts))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..elements.bulk import ElasticBlock
 from ..elements.rotations import major_stress
+from ..law.softening_choice import softening_name
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -120,7 +121,7 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
         cracks = f"{count(model.band)} that may crack, {points}"
         left_out = "cracks off the band, " if model.bulk else ""
     return (
-        f"modelled: {whole}{bulk}{cracks}, {_dimension(scene, model)}",
+        f"modelled: {whole}{bulk}{cracks}, {softening_name(scene.material.softening)} softening, {_dimension(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
         + (", the rest eliminated once" if model.condensation.kind == "condensed" else ", nothing condensed")
         + (f" ({model.condensation.why})" if model.condensation.why else "")

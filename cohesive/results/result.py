@@ -33,7 +33,8 @@ class Result(RunData):
         Raises
         ------
         SceneError
-            If the folder cannot be written.
+            If the folder cannot be written, or scene.toml cannot hold a softening curve that is not registered; all other
+            files are there then.
         """
         from .figures import write_figures  # with matplotlib, which is slow to import
 
@@ -41,8 +42,8 @@ class Result(RunData):
         folder = Path(folder)
         make_folder(folder)
         write_history(self, folder)
-        write_scene(self.scene, folder)
         write_figures(self, folder)
         write_frames(self, folder)
         self.timings["output"] = time.perf_counter() - clock
         write_run(self, folder)
+        write_scene(self.scene, folder)  # last: a curve of the user's own may not be saved

@@ -62,7 +62,7 @@ def keys_of_table(table: str, cls: type) -> Iterator[Key]:
         meta, default = each.metadata, default_of(each)
         yield Key(
             table, each.name, " or ".join(types), meta.get("unit", ""), "" if default is MISSING else _text(default),
-            expected(meta), meta.get("meaning", ""), default is MISSING,
+            expected(meta).removeprefix("of "), meta.get("meaning", ""), default is MISSING and not meta.get("by_rule"),
         )  # fmt: skip
 
 

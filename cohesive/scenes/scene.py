@@ -17,12 +17,12 @@ from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import SceneError
-from ..law.concrete import PRESETS, Concrete
+from ..law.concrete import PRESETS, Concrete, with_preset
 from ..solver.stages import Stage
 from .checks import RENAMED_KINDS, build_table, check_known, hint, is_a, refuse, table_of
 from .tables import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
 
-#: elements to E Gf / ft^2 on the mesh that is chosen by rule, and its far size over its crack size
+#: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
 ELEMENTS_IN_ZONE, COARSENING = 15, 8.0
 
 TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
@@ -93,7 +93,7 @@ class Scene:
             return None
         table = table_of(self.data, "mesh")
         if "crack_size" not in table:
-            along, zone = self.crack_length / self.specimen.elements_along, self.material.characteristic_length
+            along, zone = self.crack_length / self.specimen.elements_along, self.material.zone_length
             table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
         if "far_size" not in table and is_a(table["crack_size"], float):
             table["far_size"] = COARSENING * table["crack_size"]
@@ -285,5 +285,5 @@ def _material(table: dict[str, Any]) -> Concrete:
     if preset is not None:
         if not isinstance(preset, str) or preset not in PRESETS:
             raise refuse("material.preset", preset, f"one of {', '.join(PRESETS)}")
-        table = {**PRESETS[preset], **table}
+        table = with_preset(preset, table)
     return build_table(Concrete, table, "material")

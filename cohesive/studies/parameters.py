@@ -161,7 +161,7 @@ def distance(scene: Scene, like: Scene) -> float:
 
 def _ratios(scene: Scene, like: Scene) -> tuple[float, float]:
     lengths = scene.crack_length / like.crack_length
-    return lengths, scene.material.characteristic_length / like.material.characteristic_length
+    return lengths, scene.material.zone_length / like.material.zone_length
 
 
 def _has_width(scene: Scene) -> bool:
