@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from cohesive.results.columns import COLUMNS
 
 import cohesive.algebra.choice
 import cohesive.results.figures
@@ -24,6 +23,7 @@ import cohesive.solver.newton
 import meshing.polygon
 from cohesive import Scene, SceneError, run
 from cohesive.__main__ import main
+from cohesive.solver.columns import COLUMN_NAMES
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
 
@@ -43,8 +43,8 @@ def rows(folder: Path) -> int:
     text = (folder / "history.csv").read_text()
     assert text.endswith("\n")
     table = list(csv.reader(text.splitlines()))
-    assert tuple(table[0]) == COLUMNS
-    assert all(len(row) == len(COLUMNS) for row in table)
+    assert tuple(table[0]) == COLUMN_NAMES
+    assert all(len(row) == len(COLUMN_NAMES) for row in table)
     assert [int(row[0]) for row in table[1:]] == list(range(1, len(table)))
     return len(table) - 1
 
