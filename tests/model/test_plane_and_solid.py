@@ -47,7 +47,7 @@ def test_tetrahedra_of_a_beam_are_close_to_hexahedra() -> None:
     """Of second order: those of first order are too stiff in bending."""
     scene = coarse_beam("notched-beam-3d", "stress", stage__0__steps=4, solver__tol=1e-4)
     hexahedra, tetrahedra = (run(scene.with_(**{"mesh.shape": s, "mesh.order": o})) for s, o in (("quad", 1), ("triangle", 2)))
-    assert {block.kind for block in tetrahedra.model.blocks} == {"tetra10"}
+    assert {block.kind for block in tetrahedra.model.bulk} == {"tetra10"}
     # rows of nodes let go one after the other, which makes the curves wavy: measured 1.3 and 2.5 %
     assert tetrahedra.peak_load == pytest.approx(hexahedra.peak_load, rel=0.03)
     assert tetrahedra.dissipated_energy == pytest.approx(hexahedra.dissipated_energy, rel=0.04)
