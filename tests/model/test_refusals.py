@@ -77,8 +77,8 @@ def test_what_has_no_meaning_in_3d_is_refused() -> None:
     anywhere = single.with_(**{"model.kind": "smeared", "band.where": "everywhere"})
     assert_refused(anywhere, r"^specimen.gauge: this band has no faces")
     for scene, kind in (
-        (extruded.with_(**{"model.kind": "smeared"}), "notched-beam-3d, smeared, path"),
-        (Scene.load("push-off-3d"), "push-off-3d, discrete"),
+        (extruded.with_(**{"model.kind": "smeared"}), "notched-beam in 3D, smeared, path"),
+        (Scene.load("push-off-3d"), "push-off in 3D, discrete"),
     ):
         with pytest.raises(
             SceneError, match=f"^accuracy: no stored trade is of a {kind} model; `cohesive trade` measures one"

@@ -48,5 +48,5 @@ def test_bad_values_are_refused(key: str, value: object, expected: str) -> None:
 
 
 def test_another_tangent_is_refused() -> None:
-    with pytest.raises(ValueError, match="^tangent = 'initial': expected 'consistent' or 'secant'$"):
+    with pytest.raises(ValueError, match=r"^tangent = 'initial': expected 'consistent' or 'secant'$"):
         run(block(), tangent="initial")

@@ -77,6 +77,7 @@ def test_an_event_on_the_way_back_ends_the_stage_there(name: str, value: float) 
 
 def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatch: pytest.MonkeyPatch) -> None:
     """A failure there is not that of a crack which sets energy free: dissipation lies the other way."""
+
     def fail(problem: Any, start: Any, control: str, *rest: Any, **more: Any) -> Any:
         if control == "driven" and start.driven <= -0.002:
             raise NotConverged("simulated")
