@@ -17,8 +17,6 @@ import pytest
 import cohesive.algebra.choice
 import cohesive.results.figures
 import cohesive.results.files
-import cohesive.results.result
-import cohesive.simulation
 import cohesive.solver.newton
 import meshing.polygon
 from cohesive import Scene, SceneError, run
@@ -205,7 +203,7 @@ def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
         path.touch()
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(cohesive.results.result, "write_text", refuse)
+    monkeypatch.setattr(cohesive.results.files, "write_text", refuse)
     assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 2
     out, err = capsys.readouterr()
     assert "peak load:" in out  # the numbers are told, whatever became of the files
