@@ -174,6 +174,8 @@ def _condensed(bulk: Bulk, wanted: str) -> Condensation:
         return uncondensed(bulk)
     try:
         return condense(bulk, wanted)
+    except SceneError:  # which names its own key
+        raise
     except ValueError as error:
         raise SceneError(f"specimen: {error}", "specimen") from None
 

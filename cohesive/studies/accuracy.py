@@ -122,7 +122,7 @@ def _kind(scene: Scene) -> tuple[str, ...]:
     """What scenes have in common that borrow from one another: the model, and in 3D the specimen, because settings of
     another one may cost hours there."""
     model = ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
-    return (scene.kind, *model) if scene.is_solid else model
+    return (f"{scene.kind} in 3D", *model) if scene.is_solid else model
 
 
 def _farness(scene: Scene, like: Scene) -> tuple[bool, bool, float]:

@@ -238,7 +238,7 @@ def test_two_processes_find_the_same(name: str, mpiexec: Start, tmp_path: Path) 
     assert out.count("peak load:") == 1  # one program
     facts = json.loads((tmp_path / "out" / "run.json").read_text())
     assert facts["condensation"] == "petsc" and facts["library"].endswith("2 processes") and facts["library"] in out
-    assert_same(history(tmp_path / "out"), run(exact(CASES[name], "none")).history, AGREE)
+    assert_same(history(tmp_path / "out"), run(exact(CASES[name], "never")).history, AGREE)
     assert not processes_of(tmp_path)
 
 

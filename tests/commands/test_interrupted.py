@@ -13,17 +13,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from cohesive.results.columns import COLUMNS
 
 import cohesive.algebra.choice
 import cohesive.results.figures
 import cohesive.results.files
-import cohesive.results.result
-import cohesive.simulation
 import cohesive.solver.newton
 import meshing.polygon
 from cohesive import Scene, SceneError, run
 from cohesive.__main__ import main
+from cohesive.solver.columns import COLUMN_NAMES
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
 
@@ -43,8 +41,8 @@ def rows(folder: Path) -> int:
     text = (folder / "history.csv").read_text()
     assert text.endswith("\n")
     table = list(csv.reader(text.splitlines()))
-    assert tuple(table[0]) == COLUMNS
-    assert all(len(row) == len(COLUMNS) for row in table)
+    assert tuple(table[0]) == COLUMN_NAMES
+    assert all(len(row) == len(COLUMN_NAMES) for row in table)
     assert [int(row[0]) for row in table[1:]] == list(range(1, len(table)))
     return len(table) - 1
 
@@ -205,7 +203,7 @@ def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
         path.touch()
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(cohesive.results.result, "write_text", refuse)
+    monkeypatch.setattr(cohesive.results.files, "write_text", refuse)
     assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 2
     out, err = capsys.readouterr()
     assert "peak load:" in out  # the numbers are told, whatever became of the files

@@ -2,67 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import meshio
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from cohesive import CrackPlane, Result, Scene, run
-from cohesive.algebra.unknowns import Constraint
+from cohesive.arrays import Array, Index
 from cohesive.elements.rotations import major_stress
-from cohesive.model import build
 from meshing import MeshSizes, SingleCrack
-from tests.builders import Patch, as_file, assert_same_history, block, box, rotation
-
-Array = NDArray[np.float64]
-Place = Callable[..., None]
+from meshing.specimens import SPECIMENS, Drive, Specimen, Support, register_specimen
+from tests.builders import as_file, assert_same_history, block, box, rotation
 
 SIZE = (40.0, 10.0, 40.0)
 AREA = SIZE[0] * SIZE[1]
 WIDTH = 0.3
 
-
-def scene_of(kind: str, **changes: Any) -> Scene:
-    """The plane block of 40 x 40 x 10 mm, whose options the one in space takes."""
-    return block(material__m_g=0.3, model__kind=kind, interface__width=WIDTH, band__width=2.0, **changes)
-
-
-@pytest.fixture
-def place(monkeypatch: pytest.MonkeyPatch) -> Place:
-    """Puts a solid, turned by Q, in the place of the specimen's mesh: held on its base, or `clamped` at base and top, and
-    driven on its top along z, or also along x."""
-
-    def put(solid: Patch, Q: Array, clamped: bool = False) -> None:
-        flat = solid.points
-        mesh = meshio.Mesh(flat @ Q.T, [(solid.kind, solid.cells)], point_data={"original": solid.leader})
-        if solid.crack is not None:
-            mesh.cells.append(meshio.CellBlock(solid.crack_kind, solid.crack))
-        else:  # the layer in the middle is a band
-            middle = abs(flat[solid.cells].mean(axis=1)[:, 2] - SIZE[2] / 2) < 1e-6
-            mesh.cells = [meshio.CellBlock(solid.kind, solid.cells[at]) for at in (~middle, middle)]
-            mesh.cell_sets["band"] = mesh.cell_sets["row"] = [np.zeros(0, dtype=int), np.arange(middle.sum())]
-        x, y, z = (tuple(axis) for axis in Q.T)
-        base, top = (np.flatnonzero(abs(flat[:, 2] - at) < 1e-6) for at in (0.0, SIZE[2]))
-        corner, other = (np.flatnonzero(np.linalg.norm(flat - [at, 0, 0], axis=1) < 1e-6) for at in (0.0, SIZE[0]))
-        supports, drives = [Constraint("base", base, z)], [Constraint("pull", top, z)]
-        if clamped:
-            supports += [Constraint("base", base, x), Constraint("base", base, y), Constraint("top", top, y)]
-            drives.append(Constraint("push", top, x))
-        else:
-            supports += [Constraint("corner", corner, x), Constraint("corner", corner, y), Constraint("other", other, y)]
-        monkeypatch.setattr(SingleCrack, "mesh", lambda *_: mesh)
-        monkeypatch.setattr(SingleCrack, "mesh_band", lambda *_: mesh)
-        monkeypatch.setattr(build, "ties", lambda scene, mesh: (supports, drives, None))
-
-    return put
-
-
-PANEL = {"mesh.crack_size": 100.0, "mesh.far_size": 100.0, "stage.0.steps": 20, "stage.1.steps": 10}
-OPENINGS = [0.0005, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1]
 SOLIDS = {
     "tetra": box("tetra", (2, 2, 2), SIZE, split=20.0),
     "tetra10": box("tetra10", (2, 2, 2), SIZE, split=20.0),
@@ -75,15 +34,85 @@ SCENES = {**dict.fromkeys(SOLIDS, "discrete"), "band": "smeared"}
 SOLIDS["band"] = BAND
 
 
+@dataclass(frozen=True)
+class HandMade(Specimen):
+    """A box of elements made by hand, rotated: held on its base, or clamped at base and top, and driven on its top along z,
+    or also along x."""
+
+    solid: str  # of SOLIDS
+    rotation: Any  # rows of its matrix
+    clamped: bool = False
+
+    dimensions: ClassVar[tuple[int, ...]] = (3,)
+    is_sized: ClassVar[bool] = False
+    thickness = None
+
+    def _mesh(self, cells: list[tuple[str, Index]], **sets: list[Index]) -> meshio.Mesh:
+        solid = SOLIDS[self.solid]
+        x, _, z = solid.points.T
+        on_edge = np.linalg.norm(solid.points[:, 1:], axis=1) < 1e-6
+        places = {"base": z < 1e-6, "top": z > SIZE[2] - 1e-6, "corner": on_edge & (x < 1e-6)}
+        places["other"] = on_edge & (x > SIZE[0] - 1e-6)
+        points, named = solid.points @ np.array(self.rotation).T, {name: np.flatnonzero(at) for name, at in places.items()}
+        return meshio.Mesh(points, cells, {"original": solid.leader}, point_sets=named, cell_sets=sets)
+
+    def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
+        solid = SOLIDS[self.solid]
+        assert solid.crack is not None
+        in_crack = [np.zeros(0, dtype=int), np.arange(len(solid.crack))]
+        return self._mesh([(solid.kind, solid.cells), (solid.crack_kind, solid.crack)], crack=in_crack)
+
+    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
+        """The layer in the middle is the band."""
+        solid = SOLIDS[self.solid]
+        middle = abs(solid.points[solid.cells].mean(axis=1)[:, 2] - SIZE[2] / 2) < 1e-6
+        in_band = [np.zeros(0, dtype=int), np.arange(middle.sum())]
+        return self._mesh([(solid.kind, solid.cells[at]) for at in (~middle, middle)], band=in_band, row=in_band)
+
+    def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
+        raise NotImplementedError
+
+    def held(self, *, half: bool = False) -> list[Support]:
+        x, y, z = (tuple(axis) for axis in np.array(self.rotation).T)
+        if self.clamped:
+            return [Support("base", z), Support("base", x), Support("base", y), Support("top", y)]
+        return [Support("base", z), Support("corner", x), Support("corner", y), Support("other", y)]
+
+    def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
+        x, _, z = (tuple(axis) for axis in np.array(self.rotation).T)
+        return {"top": Drive("top", z, x if self.clamped else None)}
+
+
+@pytest.fixture(autouse=True)
+def hand_made() -> Iterator[None]:
+    """Scenes know the specimen for the time of a test."""
+    register_specimen("hand-made")(HandMade)
+    yield
+    del SPECIMENS["hand-made"]
+
+
+def scene_of(kind: str, **changes: Any) -> Scene:
+    """The plane block of 40 x 40 x 10 mm, whose options the one in 3D takes."""
+    return block(material__m_g=0.3, model__kind=kind, interface__width=WIDTH, band__width=2.0, **changes)
+
+
+def solid_of(name: str, Q: Array, clamped: bool = False, **changes: Any) -> Scene:
+    """The same scene on one of SOLIDS, rotated by Q; its mesh gives the band's width."""
+    data = {table: value for table, value in scene_of(SCENES[name], **changes).data.items() if table not in ("mesh", "band")}
+    return Scene(data | {"specimen": {"kind": "hand-made", "solid": name, "rotation": Q.tolist(), "clamped": clamped}})
+
+
+PANEL = {"mesh.crack_size": 100.0, "mesh.far_size": 100.0, "stage.0.steps": 20, "stage.1.steps": 10}
+OPENINGS = [0.0005, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1]
+
+
 @pytest.mark.parametrize("quadrature", ["nodal", "gauss"])
 @pytest.mark.parametrize("name", SOLIDS)
-def test_tension_follows_the_softening_curve(name: str, quadrature: str, place: Place, tmp_path: Path) -> None:
+def test_tension_follows_the_softening_curve(name: str, quadrature: str, tmp_path: Path) -> None:
     """Free of lateral stress, so that the state stays uniform: the law's traction, and the bulk's elastic stretch."""
-    Q = rotation(1)
-    place(SOLIDS[name], Q)
     width = 2.0 if name == "band" else WIDTH
     stage = [{"control": "opening", "to": OPENINGS, "steps": 1}]
-    result = run(scene_of(SCENES[name], interface__quadrature=quadrature, stage=stage))
+    result = run(solid_of(name, rotation(1), interface__quadrature=quadrature, stage=stage))
     h, law = result.history, CrackPlane(result.scene.material, width)
     np.testing.assert_allclose(h["opening"], OPENINGS, rtol=1e-9)
     t, bulk = law.traction(np.stack([OPENINGS, 0 * h["load"]], axis=1), np.zeros(len(OPENINGS)))[0][:, 0], SIZE[2]
@@ -104,22 +133,21 @@ def test_tension_follows_the_softening_curve(name: str, quadrature: str, place: 
 
 
 @pytest.mark.parametrize("kind", ["discrete", "smeared"])
-def test_the_plane_answer(kind: str, place: Place) -> None:
-    """Without a Poisson's ratio the block in space is the plane scene, closing and reopening included."""
+def test_the_plane_answer(kind: str) -> None:
+    """Without a Poisson's ratio the block in 3D is the plane scene, closing and reopening included."""
     stage = [{"control": "opening", "to": [0.01, 0.05, 0.01, 0.03], "steps": 4}]
-    scene = scene_of(kind, material__nu=0.0, stage=stage)
-    plane = run(scene).history
-    place(SOLIDS["hexahedron" if kind == "discrete" else "band"], np.eye(3))
-    space = run(scene).history
+    plane = run(scene_of(kind, material__nu=0.0, stage=stage)).history
+    name = "hexahedron" if kind == "discrete" else "band"
+    space = run(solid_of(name, np.eye(3), material__nu=0.0, stage=stage)).history
     for name in ("load", "opening", "driven", "stress_n", "elastic", "stored", "dissipated", "contact_work", "work"):
         size = abs(plane["work" if name in ("stored", "contact_work") else name]).max()
         np.testing.assert_allclose(space[name], plane[name], atol=1e-8 * size, err_msg=name)
 
 
-def pulled_and_sheared(name: str, reduction: str = "always") -> Result:
+def pulled_and_sheared(name: str, Q: Array, condensation: str = "always") -> Result:
     """Two drives at 60 degrees between pull and shear, clamped faces: nothing is uniform."""
     stage = [{"control": "driven", "to": [0.004, 0.012, 0.03], "steps": 2, "angle": 60.0}]
-    return run(scene_of(SCENES[name], solver__condensation=reduction, stage=stage))
+    return run(solid_of(name, Q, clamped=True, solver__condensation=condensation, stage=stage))
 
 
 #: scenes of plane bodies, which are condensed to at most this part of their unknowns
@@ -155,17 +183,15 @@ def test_condensed_is_full(name: str) -> None:
     changes, part = PLANE[name]
     kind = {"beam": "notched-beam", "plate": "jacobsen-mixed-mode", "panel": "sandwich-panel"}[name.split()[0].rstrip(",")]
     exact = Scene.load(kind).with_(**changes, **{"solver.tol": 1e-11, "output.frames": 0})
-    condensed, full = (run(exact.with_(**{"solver.condensation": reduction})) for reduction in ("always", "never"))
+    condensed, full = (run(exact.with_(**{"solver.condensation": each})) for each in ("always", "never"))
     assert_condensed_is_full(condensed, full)
     assert condensed.active_dofs < part * condensed.total_dofs
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_condensed_is_full_and_rotated_is_straight_in_3d(name: str, place: Place) -> None:
-    place(SOLIDS[name], np.eye(3), clamped=True)
-    condensed, full = pulled_and_sheared(name), pulled_and_sheared(name, "none")
-    place(SOLIDS[name], rotation(4), clamped=True)
-    turned = pulled_and_sheared(name)
+def test_condensed_is_full_and_rotated_is_straight_in_3d(name: str) -> None:
+    condensed, full = (pulled_and_sheared(name, np.eye(3), each) for each in ("always", "never"))
+    turned = pulled_and_sheared(name, rotation(4))
     assert condensed.model.condensation.kind == "condensed" and full.active_dofs == full.total_dofs > condensed.active_dofs
     assert full.dissipated_energy > 1.0  # N mm
     energy = full.history["work"].max()
@@ -185,11 +211,10 @@ def test_condensed_is_full_and_rotated_is_straight_in_3d(name: str, place: Place
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_mean_tractions_carry_the_drives(name: str, place: Place) -> None:
+def test_mean_tractions_carry_the_drives(name: str) -> None:
     """With the crack's normal along y the first tangent is x, as in the plane: the direction of the push."""
     Q = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    place(SOLIDS[name], Q, clamped=True)
-    result = pulled_and_sheared(name)
+    result = pulled_and_sheared(name, Q)
     problem, last = result.problem, result.last
     pull, push = problem.internal_force(last)[problem.drives] / AREA
     assert abs(push) > 0.1

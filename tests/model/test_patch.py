@@ -33,7 +33,7 @@ def test_patch_through_a_slanted_interface(shape: str, order: int, quadrature: s
     axis = np.radians(13.0 + 90.0)
     direction = np.array([np.cos(axis), np.sin(axis)])
     expected = sigma * np.array([direction[0] ** 2, direction[1] ** 2, direction[0] * direction[1]])
-    for elements in model.blocks:
+    for elements in model.bulk:
         stress = elements.stress(model.condensation.recover(state.v))
         np.testing.assert_allclose(stress, np.broadcast_to(expected, stress.shape), atol=1e-8 * sigma)
 
@@ -42,7 +42,7 @@ def test_rigid_motion_gives_no_force() -> None:
     model = build(block(specimen__angle=27.0, solver__condensation="never"))
     points = model.mesh.points
     u = np.array([0.1, -0.2]) + 0.01 * np.stack([-points[:, 1], points[:, 0]], axis=1)
-    for elements in model.blocks:
+    for elements in model.bulk:
         K = elements.stiffness()
         force = np.einsum("nij,nj->ni", K, u[elements.cells].reshape(len(K), -1))
         assert abs(force).max() < 1e-9 * abs(K).max() * abs(u).max()

@@ -39,7 +39,7 @@ def test_the_width_of_the_band_is_warned_of_and_refused() -> None:
         ({"specimen.notch_width": 2.0, "band.width": 5.0}, r"^band.width = 5: wider than the notch"),
         ({"band.width": 0.0}, r"^band.width = 0.0: expected a number above 0"),
         ({"band.where": "nowhere"}, r"^band.where = 'nowhere': expected"),
-        ({"band.max_cracks": 4}, r"^band.max_cracks = 4: expected 1, 2 or 3"),
+        ({"band.max_cracks": 4}, r"^band.max_cracks = 4: expected a number of at least 1 and at most 3"),
         ({"band.threshold_angle": 95.0}, r"^band.threshold_angle = 95.0: expected"),
         ({"model.half": True}, r"^model.half = true: the crack band lies on both sides"),
         ({"stage.0.angle": 90.0}, r"^stage.0.angle = 90.0: this specimen is driven in one direction"),
@@ -77,8 +77,8 @@ def test_what_has_no_meaning_in_3d_is_refused() -> None:
     anywhere = single.with_(**{"model.kind": "smeared", "band.where": "everywhere"})
     assert_refused(anywhere, r"^specimen.gauge: this band has no faces")
     for scene, kind in (
-        (extruded.with_(**{"model.kind": "smeared"}), "notched-beam-3d, smeared, path"),
-        (Scene.load("push-off-3d"), "push-off-3d, discrete"),
+        (extruded.with_(**{"model.kind": "smeared"}), "notched-beam in 3D, smeared, path"),
+        (Scene.load("push-off-3d"), "push-off in 3D, discrete"),
     ):
         with pytest.raises(
             SceneError, match=f"^accuracy: no stored trade is of a {kind} model; `cohesive trade` measures one"

@@ -77,9 +77,9 @@ def test_a_load_beyond_the_largest_one_fails_and_says_what_helps(beam: Scene) ->
 
 def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("cohesive.solver.newton.MAX_ITERATIONS", 2)  # enough for elastic steps only
-    monkeypatch.setattr("cohesive.solver.march.SMALLEST_STEP", 0.3)
-    monkeypatch.setattr("cohesive.solver.snap.SETTLING_STEPS", 0)
-    monkeypatch.setattr("cohesive.solver.march.MOTIONS", ())  # no way back by dissipation either
+    monkeypatch.setattr("cohesive.solver.leg.SMALLEST_STEP", 0.3)
+    monkeypatch.setattr("cohesive.solver.snap.SNAPPING_STEPS", 0)
+    monkeypatch.setattr("cohesive.solver.snap.WayBack.follow", lambda *_: [])  # no way back by dissipation either
     with pytest.raises(NotConverged, match=r"stage 1: the step from opening = .* failed down to") as caught:
         run(beam.with_(**{"stage.0.steps": 2000}), output=tmp_path)
     result = caught.value.result

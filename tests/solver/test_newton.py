@@ -75,7 +75,7 @@ def test_a_band_slammed_shut_in_one_step() -> None:
 def test_secant_finds_the_same_in_more_iterations(beam: Scene, model: str) -> None:
     """Past the peak and some way back."""
     scene = beam.with_(**SHORT, **{"model.kind": model})
-    newton, secant = (run(scene.with_(**{"solver.tangent": tangent})) for tangent in ("consistent", "secant"))
+    newton, secant = (run(scene, tangent=tangent) for tangent in ("consistent", "secant"))
     largest = abs(newton.history["load"]).max()
     # linear convergence: what is left is the last correction (1e-11) over 1 - its rate, here below 0.97
     np.testing.assert_allclose(secant.history["load"], newton.history["load"], atol=1e-9 * largest)

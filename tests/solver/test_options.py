@@ -7,7 +7,7 @@ import pytest
 
 from cohesive import Scene, SceneError, run
 from cohesive.model.build import build
-from cohesive.solver.march import March
+from cohesive.solver.steps import next_size
 from tests.builders import block
 
 
@@ -27,22 +27,26 @@ def test_steps_that_converge_easily_grow_and_end_at_the_same_target(beam: Scene)
 def test_how_a_step_grows(tangent: str, per_step: int) -> None:
     """A cut step doubles up to the nominal one, after an easy step; beyond after a very easy one; and falls back after a hard
     one. The secant tangent takes 40 times the iterations for the same."""
-    march = March(build(block(solver__tangent=tangent)).problem, [], lambda state: {}, largest_step=4.0)
+    problem = build(block(), tangent).problem
     for size, iterations, following in (
         (0.25, 6, 0.5), (0.25, 7, 0.25), (1.0, 6, 1.0), (1.0, 2, 2.0), (3.0, 2, 4.0), (3.0, 3, 3.0), (4.0, 7, 2.0),
         (1.5, 7, 1.0),
     ):  # fmt: skip
-        assert march.next_size(size, per_step * iterations, 1.0) == following
+        assert next_size(problem, size, per_step * iterations, 1.0, 4.0) == following
 
 
 @pytest.mark.parametrize(
     ("key", "value", "expected"),
     [
-        ("tangent", "initial", "expected 'consistent' or 'secant'"),
-        ("largest_step", 0.5, "expected a number of at least 1"),
-        ("largest_step", "much", "expected a finite number"),
+        ("step_growth", 0.5, "expected a number of at least 1"),
+        ("step_growth", "much", "expected a finite number"),
     ],
 )
 def test_bad_values_are_refused(key: str, value: object, expected: str) -> None:
     with pytest.raises(SceneError, match=f"solver.{key} = .*: {expected}"):
         block(**{f"solver__{key}": value})
+
+
+def test_another_tangent_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^tangent = 'initial': expected 'consistent' or 'secant'$"):
+        run(block(), tangent="initial")

@@ -71,7 +71,7 @@ def test_hinged_platens_turn_and_fixed_ones_do_not() -> None:
     for platens in ("fixed", "hinged"):
         result = run(scene.with_(**{"specimen.platens": platens, "solver.tol": 1e-10}))
         u = result.frame(0).displacement
-        top = result.model.mesh.point_sets["top"]
+        top = result.model.mesh.sets["top"]
         x, uy = result.model.mesh.points[top, 0], u[top, 1]
         slope, mean = np.polyfit(x, uy, 1)
         np.testing.assert_allclose(uy, mean + slope * x, atol=1e-12)  # rigid

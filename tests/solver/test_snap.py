@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import cohesive.solver.leg
+import cohesive.solver.snap
 from cohesive import NotConverged, Scene, run
 from tests.builders import block
 
@@ -75,16 +77,15 @@ def test_an_event_on_the_way_back_ends_the_stage_there(name: str, value: float) 
 
 def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatch: pytest.MonkeyPatch) -> None:
     """A failure there is not that of a crack which sets energy free: dissipation lies the other way."""
-    from cohesive.solver import march as loading
 
     def fail(problem: Any, start: Any, control: str, *rest: Any, **more: Any) -> Any:
         if control == "driven" and start.driven <= -0.002:
             raise NotConverged("simulated")
         return advance(problem, start, control, *rest, **more)
 
-    advance = loading.advance
-    monkeypatch.setattr(loading, "advance", fail)
-    monkeypatch.setattr(loading, "snap_through", fail)
+    advance = cohesive.solver.snap.advance
+    monkeypatch.setattr(cohesive.solver.snap, "advance", fail)
+    monkeypatch.setattr(cohesive.solver.leg, "snap_through", fail)
     with pytest.raises(NotConverged, match="simulated") as stopped:
         run(block(stage=[{"control": "driven", "to": -0.02, "steps": 8}]))
     driven = stopped.value.result.history["driven"]  # type: ignore[attr-defined]

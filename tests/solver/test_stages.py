@@ -120,7 +120,7 @@ def test_step_sizes() -> None:
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "both": ({"steps": 5, "step": 0.1}, r"stage.0.steps = 5, step = 0.1: expected one of the two"),
     "no size": ({"step": 0.0}, r"stage.0.step = 0.0: expected a number above 0"),
-    "angle and ratio": ({"angle": 45.0, "ratio": 1.0}, r"stage.0.angle = 45.0, ratio = 1.0: expected one of the two"),
+    "ratio": ({"angle": 45.0, "ratio": 1.0}, r"stage.0.ratio: this key is gone; expected stage.angle, the arc tangent"),
     "unload what": ({"unload": {"weight": 1.0}}, r"stage.0.unload = .*expected a number for one of load, opening, "),
     "unload never": ({"unload": {"dissipated": 1.0}}, r"stage.0.unload = .*expected a number for one of load, opening, "),
     "unload to where": ({"unload": -3.0}, r"stage.0.unload = -3.0: expected one quantity and its value"),
@@ -136,7 +136,7 @@ def test_wrong_stages_are_named(case: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("key", ["angle", "ratio", "hold"])
+@pytest.mark.parametrize("key", ["angle", "hold"])
 def test_a_drive_of_one_direction_takes_no_direction(key: str) -> None:
     with pytest.raises(SceneError, match=rf"stage.0.{key} = .*driven in one direction; expected no {key}"):
         run(block(stage=[{"control": "opening", "to": 0.05, key: True if key == "hold" else 1.0}]))
