@@ -1,8 +1,8 @@
 """A fibre concrete beam: the stress rises again as the fibres take over, and so does the load.
 
 The curve is given by points: 4 MPa at the onset, 1.2 MPa at 0.04 mm where the matrix has cracked, 2.4 MPa at 0.5 mm where the
-fibres carry most, nothing from 3 mm on. ft and Gf follow from it. The secant falls from point to point, so that damage never
-heals. The beam is that of EN 14651: 150 x 150 mm, span 500 mm, notch 25 mm, opening over the notch.
+fibres carry most, nothing from 3 mm on. ft and Gf follow. The secant falls from point to point, so that damage never heals. The
+beam is that of EN 14651: 150 x 150 mm, span 500 mm, notch 25 mm, opening over the notch.
 
 Expected: a first peak at an opening below 0.1 mm, then a drop, then a second, larger peak beyond 0.5 mm; the discrete crack and
 the crack band within 1 % in both peaks. The asperities keep the size that the first branch gives them (Zm), a
@@ -27,7 +27,8 @@ POINTS = [[0.0, 4.0], [0.04, 1.2], [0.5, 2.4], [3.0, 0.0]]
 BEAM = {
     "title": "Fibre concrete beam (EN 14651)",
     "specimen": {
-        "kind": "notched-beam", "length": 550.0, "span": 500.0, "depth": 150.0, "thickness": 150.0, "notch": 25.0, "gauge": 40.0,
+        "kind": "notched-beam", "length": 550.0, "span": 500.0, "depth": 150.0, "thickness": 150.0, "notch": 25.0,
+        "gauge": 40.0,
     },
     "mesh": {"crack_size": 2.5, "far_size": 20.0},
     "material": {"E": 32e3, "nu": 0.2, "softening": {"points": POINTS}},

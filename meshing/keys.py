@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, field, fields
+from numbers import Integral
 from typing import Any
 
 
@@ -49,9 +50,10 @@ def out_of_range(instance: Any) -> Iterator[tuple[str, Any, str]]:
         one_of = each.metadata.get("one_of", ())
         if one_of and value not in one_of:
             yield each.name, value, expected(each.metadata)
-        if bounds and not isinstance(value, str) and not _is_within(value, bounds):
+        is_whole = each.type not in ("int", "int | None") or isinstance(value, Integral)
+        if bounds and not isinstance(value, str) and not (is_whole and _is_within(value, bounds)):
             unit = f", in {each.metadata['unit']}" if each.metadata["unit"] else ""
-            yield each.name, value, f"a number {expected(each.metadata)}{unit}"
+            yield each.name, value, f"a {'' if is_whole else 'whole '}number {expected(each.metadata)}{unit}"
 
 
 def _is_within(value: Any, bounds: Mapping[str, float]) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from cohesive import Concrete, CrackPlane
 from cohesive.arrays import Array
+from cohesive.cracks.band_iteration import TOL
 from cohesive.cracks.band_points import BandState, CrackBand
 from cohesive.elements.bulk import elasticity
 from cohesive.elements.rotations import PAIRS, rotations, stress_tensor, stress_transformation
@@ -92,7 +93,7 @@ def follow(law: CrackBand, start: BandState, *targets: Any, steps: int = 15) -> 
 
 def check(law: CrackBand, state: BandState) -> None:
     """On every plane the stress is the traction of the law at its jump, eq. (41), and the strain splits as in eq. (30)."""
-    cracks, allowed = state.planes, 2 * law.tol * FT + 1e-13 * abs(state.stress).max()
+    cracks, allowed = state.planes, 2 * TOL * FT + 1e-13 * abs(state.stress).max()
     assert np.isfinite(state.stress).all()
     N, release = stress_transformation(cracks.rotation), np.zeros_like(state.stress)
     for i, point in enumerate(cracks.point):
