@@ -4,9 +4,9 @@ The curve is given by points: 4 MPa at the onset, 1.2 MPa at 0.04 mm where the m
 the fibres carry most, nothing from 3 mm on. ft and Gf follow. The secant falls from point to point, so that damage never
 heals. The beam is that of EN 14651: 150 x 150 mm, span 500 mm, notch 25 mm, opening over the notch.
 
-Expected: a first peak at an opening below 0.1 mm, then a drop, then a second, larger peak beyond 0.5 mm; the discrete crack and
-the crack band within 1 % in both peaks. The asperities keep the size that the first branch gives them (Zm), a
-twentieth of what c1 Gf/ft would be.
+Expected: a first peak at an opening below 0.1 mm, then a drop, then a second, larger peak beyond 0.5 mm; the discrete crack
+and the crack band within 1 % in both peaks. The asperities keep the size that the first branch gives them (Zm), a twentieth
+of what c1 Gf/ft would be.
 
     python -m examples.fibre_concrete [-o DIR]
 """

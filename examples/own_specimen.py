@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cohesive import Result, Scene, register_specimen, run
+from cohesive import Scene, register_specimen, run
 from meshing import Outline, PlaneSpecimen
 from meshing.keys import key
 from meshing.specimens import Drive, Gauge, Support
@@ -14,10 +14,9 @@ from meshing.specimens import Drive, Gauge, Support
 class SplitCube(PlaneSpecimen):
     """Origin under the notch, on the base."""
 
-    side: float = key("side of the cube", unit="mm", above=0)
-    thickness: float = key("thickness of the cube", unit="mm", above=0)
+    side: float = key("side and thickness of the cube", unit="mm", above=0)
     notch: float = key("depth of the notch, 4 mm wide", unit="mm", above=0)
-
+    thickness = property(lambda self: self.side)
     paths = property(lambda self: [[(0.0, self.side - self.notch), (0.0, 0.0)]])
 
     def outline(self, half: bool = False) -> Outline:
@@ -35,12 +34,8 @@ class SplitCube(PlaneSpecimen):
         return {"opening": Gauge("right", "left", (1.0, 0.0))}
 
 
-def main() -> Result:
-    """Split it."""
-    cube = {"kind": "my-split-cube", "side": 100.0, "thickness": 50.0, "notch": 40.0}
-    material = {"E": 30e3, "nu": 0.2, "ft": 3.0, "Gf": 0.1}
-    return run(Scene({"specimen": cube, "material": material, "stage": [{"control": "opening", "to": 0.3, "steps": 30}]}))
-
-
 if __name__ == "__main__":
-    print(main().summary())
+    cube = {"kind": "my-split-cube", "side": 100.0, "notch": 40.0}
+    material = {"E": 30e3, "nu": 0.2, "ft": 3.0, "Gf": 0.1}
+    stage = [{"control": "opening", "to": 0.3, "steps": 30}]
+    print(run(Scene({"specimen": cube, "material": material, "stage": stage})).summary())
