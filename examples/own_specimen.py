@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from cohesive import Scene, register_specimen, run
 from meshing import Outline, PlaneSpecimen
 from meshing.keys import key
-from meshing.specimens import Drive, Gauge, Support
+from meshing.specimens import Drive, Support
 
 
 @register_specimen("my-split-cube")
@@ -30,12 +30,9 @@ class SplitCube(PlaneSpecimen):
     def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
         return {"right": Drive("right", (1.0, 0.0))}
 
-    def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
-        return {"opening": Gauge("right", "left", (1.0, 0.0))}
-
 
 if __name__ == "__main__":
     cube = {"kind": "my-split-cube", "side": 100.0, "notch": 40.0}
     material = {"E": 30e3, "nu": 0.2, "ft": 3.0, "Gf": 0.1}
-    stage = [{"control": "opening", "to": 0.3, "steps": 30}]
-    print(run(Scene({"specimen": cube, "material": material, "stage": stage})).summary())
+    stages = [{"control": "opening", "to": 0.1, "steps": 100}]
+    print(run(Scene({"specimen": cube, "material": material, "stage": stages})).summary())
