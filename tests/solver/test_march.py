@@ -90,12 +90,12 @@ def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: 
     assert (tmp_path / "curve.png").stat().st_size > 5000
 
 
-@pytest.mark.parametrize("reduction", ["always", "never"])
-def test_a_plate_on_hinges_comes_apart_at_the_smallest_tolerance(reduction: str) -> None:
+@pytest.mark.parametrize("condensation", ["always", "never"])
+def test_a_plate_on_hinges_comes_apart_at_the_smallest_tolerance(condensation: str) -> None:
     """As nothing but the softening's tail keeps its halves from turning, corrections of 1e-8 to 1e-7 remain, all rounding."""
     scene = Scene.load("notched-tension").with_(
         **{"specimen.platens": "hinged", "mesh.crack_size": 3.0, "mesh.far_size": 12.0, "solver.tol": 1e-11,
-           "solver.condensation": reduction, "stage.0.steps": 8, "stage.1.to": 3.0, "stage.1.steps": 20}
+           "solver.condensation": condensation, "stage.0.steps": 8, "stage.1.to": 3.0, "stage.1.steps": 20}
     )  # fmt: skip
     result = run(scene)
     assert any("run through" in note for note in result.notes)
