@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cohesive import NotConverged, Result, Scene, run
+from cohesive.errors import Interrupted
 from tests.builders import block
 
 
@@ -126,3 +127,14 @@ def test_a_failure_in_a_band_names_where_and_keeps_the_run(beam: Scene, monkeypa
     result = caught.value.result
     assert isinstance(result, Result)
     assert len(result.history["step"]) == 8
+
+
+def test_an_interruption_carries_what_was_computed() -> None:
+    def interrupt(step: Any, row: dict[str, float]) -> None:
+        if row["step"] == 3:
+            raise KeyboardInterrupt("by the user")
+
+    with pytest.raises(Interrupted, match="^by the user$") as caught:
+        run(block(), on_step=interrupt)
+    assert isinstance(caught.value, KeyboardInterrupt) and isinstance(caught.value.result, Result)
+    assert len(caught.value.result.states) == 3 and caught.value.result.notes == ["stopped: by the user"]
