@@ -134,7 +134,7 @@ def test_an_interruption_carries_what_was_computed() -> None:
         if row["step"] == 3:
             raise KeyboardInterrupt("by the user")
 
-    with pytest.raises(Interrupted, match="^by the user$") as caught:
+    with pytest.raises(Interrupted, match=r"^by the user$") as caught:
         run(block(), on_step=interrupt)
     assert isinstance(caught.value, KeyboardInterrupt) and isinstance(caught.value.result, Result)
     assert len(caught.value.result.states) == 3 and caught.value.result.notes == ["stopped: by the user"]
