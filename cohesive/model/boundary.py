@@ -65,19 +65,17 @@ def _extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -
 
 
 def _support(mesh: CrackedMesh, support: Support) -> list[Constraint]:
-    nodes = _nodes(mesh, "supports.at", support.at)
     axes = [tuple(axis) for axis in np.eye(mesh.dimension).tolist()]
     directions = axes if support.direction is None else [_components(mesh, "supports.direction", support.direction)]
+    nodes = _nodes(mesh, "supports.at", support.at)
     lever = _lever(mesh, nodes, support.lever)
     return [Constraint(_name(support.at, "supports"), nodes, direction, lever=lever) for direction in directions]
 
 
 def _drive(mesh: CrackedMesh, drive: Drive) -> list[Constraint]:
+    direction = _components(mesh, "drive.direction", drive.direction)
     nodes, name = _nodes(mesh, "drive.at", drive.at), _name(drive.at, "drive")
-    first = Constraint(
-        name, nodes, _components(mesh, "drive.direction", drive.direction), drive.share, _lever(mesh, nodes, drive.lever),
-        drive.holds_jumps,
-    )  # fmt: skip
+    first = Constraint(name, nodes, direction, drive.share, _lever(mesh, nodes, drive.lever), drive.holds_jumps)
     if drive.shear is None:
         return [first]
     return [first, Constraint(name, nodes, _components(mesh, "drive.direction", drive.shear), drive.share)]

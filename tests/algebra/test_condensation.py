@@ -217,10 +217,10 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
     build(scene)
     part, whole = cohesive.algebra.choice.Part.from_bulk(bodies[0]), cohesive.algebra.choice.Whole.from_bulk(bodies[0])
     tracemalloc.start()
-    reduced = part.condensed("")
+    condensed = part.condensed("")
     taken = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert reduced.kind == "condensed"
+    assert condensed.kind == "condensed"
     # fronts on their way and lists come on top, a factor of the tangent is not there yet
     assert 0.8 * part.memory < taken < 1.1 * part.memory
     K = whole.K + (abs(bodies[0].operator).T @ abs(bodies[0].operator))

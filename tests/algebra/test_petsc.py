@@ -44,16 +44,14 @@ CASES = {
     "panel": Scene.load("sandwich-panel").with_(
         **{"model.kind": "smeared", "mesh.crack_size": 100.0, "mesh.far_size": 100.0, "stage.0.steps": 5, "stage.1.steps": 10}
     ),
-    "block in space": Scene.load("single-crack-3d").with_(
-        **{"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 6}
-    ),
+    "block in 3D": Scene.load("single-crack-3d").with_(**{"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 6}),
 }
 #: what a step solves for and integrates, in units of its largest value
 SAME = ("load", "opening", "driven", "elastic", "stored", "dissipated", "contact_work", "work")
 
 
-def exact(scene: Scene, reduction: str) -> Scene:
-    return scene.with_(**{"solver.tol": 1e-11, "solver.condensation": reduction, "output.frames": 0})
+def exact(scene: Scene, condensation: str) -> Scene:
+    return scene.with_(**{"solver.tol": 1e-11, "solver.condensation": condensation, "output.frames": 0})
 
 
 def assert_same(history: dict[str, np.ndarray], expected: dict[str, np.ndarray], atol: float) -> None:
@@ -69,7 +67,7 @@ AGREE = 1e-8
 @needs_petsc
 @pytest.mark.parametrize("name", CASES)
 def test_petsc_is_scipy(name: str) -> None:
-    expected, found = (run(exact(CASES[name], reduction)) for reduction in ("never", "petsc"))
+    expected, found = (run(exact(CASES[name], condensation)) for condensation in ("never", "petsc"))
     assert_same(found.history, expected.history, AGREE)
     np.testing.assert_array_equal(found.history["iterations"], expected.history["iterations"])  # no step is inexact
     assert name != "panel" or abs(found.history["contact_work"]).max() > 1e-3 * found.history["work"].max()

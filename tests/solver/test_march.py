@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cohesive import NotConverged, Result, Scene, run
+from cohesive.errors import Interrupted
 from tests.builders import block
 
 
@@ -90,12 +91,12 @@ def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: 
     assert (tmp_path / "curve.png").stat().st_size > 5000
 
 
-@pytest.mark.parametrize("reduction", ["always", "never"])
-def test_a_plate_on_hinges_comes_apart_at_the_smallest_tolerance(reduction: str) -> None:
+@pytest.mark.parametrize("condensation", ["always", "never"])
+def test_a_plate_on_hinges_comes_apart_at_the_smallest_tolerance(condensation: str) -> None:
     """As nothing but the softening's tail keeps its halves from turning, corrections of 1e-8 to 1e-7 remain, all rounding."""
     scene = Scene.load("notched-tension").with_(
         **{"specimen.platens": "hinged", "mesh.crack_size": 3.0, "mesh.far_size": 12.0, "solver.tol": 1e-11,
-           "solver.condensation": reduction, "stage.0.steps": 8, "stage.1.to": 3.0, "stage.1.steps": 20}
+           "solver.condensation": condensation, "stage.0.steps": 8, "stage.1.to": 3.0, "stage.1.steps": 20}
     )  # fmt: skip
     result = run(scene)
     assert any("run through" in note for note in result.notes)
@@ -126,3 +127,14 @@ def test_a_failure_in_a_band_names_where_and_keeps_the_run(beam: Scene, monkeypa
     result = caught.value.result
     assert isinstance(result, Result)
     assert len(result.history["step"]) == 8
+
+
+def test_an_interruption_carries_what_was_computed() -> None:
+    def interrupt(step: Any, row: dict[str, float]) -> None:
+        if row["step"] == 3:
+            raise KeyboardInterrupt("by the user")
+
+    with pytest.raises(Interrupted, match=r"^by the user$") as caught:
+        run(block(), on_step=interrupt)
+    assert isinstance(caught.value, KeyboardInterrupt) and isinstance(caught.value.result, Result)
+    assert len(caught.value.result.states) == 3 and caught.value.result.notes == ["stopped: by the user"]
