@@ -35,10 +35,10 @@ def block(**changes: Any) -> Scene:
 COARSE = {"mesh.shape": "quad", "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11}
 
 
-def coarse_beam(kind: str, plane: str, **changes: Any) -> Scene:
-    """The built-in beam on a coarse mesh, in the plane or extruded in two layers."""
-    keys = COARSE | {"specimen.kind": kind, "model.plane": plane} | {k.replace("__", "."): v for k, v in changes.items()}
-    return Scene.load("notched-beam").with_(**keys | ({"mesh.layers": 2} if kind.endswith("3d") else {}))
+def coarse_beam(name: str, plane: str, **changes: Any) -> Scene:
+    """The built-in beam on a coarse mesh, "notched-beam" or, extruded in two layers, "notched-beam-3d"."""
+    keys = COARSE | {"model.plane": plane} | ({"mesh.layers": 2} if name.endswith("3d") else {})
+    return Scene.load(name).with_(**keys | {k.replace("__", "."): v for k, v in changes.items()})
 
 
 def plate(**changes: Any) -> Scene:
