@@ -141,8 +141,8 @@ def test_on_another_scene_errors_may_not_cancel() -> None:
         return Trial(settings, errors, Cost(1.0, 1.0, 100.0, 10))
 
     trials = [
-        one(0.003), one(0.005, steps=0.5), one(0.009, order=2), one(0.002, condensation="never"), one(0.004, steps=0.5, order=2),
-        one(0.002, finer=2.0), one(0.0, finer=2.0, steps=0.5),
+        one(0.003), one(0.005, steps=0.5), one(0.009, order=2), one(0.002, condensation="never"),
+        one(0.004, steps=0.5, order=2), one(0.002, finer=2.0), one(0.0, finer=2.0, steps=0.5),
     ]  # fmt: skip
     found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "opening_at_peak": 1.0, "energy": 1.0}, 1e-3, trials)
     assert [found.promise(trial) for trial in trials] == pytest.approx([0.004, 0.006, 0.010, 0.003, 0.005, 0.003, 0.001])
