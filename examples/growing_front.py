@@ -106,7 +106,8 @@ def grow(scene: Scene) -> tuple[Growth, Result]:
     h, Gf = result.history, scene.material.Gf
     radius = np.sqrt(RADIUS**2 + h["dissipated"] / (np.pi * Gf))
     cost = f"{result.iterations} iterations, {result.active_dofs} of {result.total_dofs} unknowns"
-    return Growth(Gf, radius, h["load"] / scene.specimen.width**2, result.energy_error, cost), result  # type: ignore[union-attr]
+    area = scene.specimen.width**2  # type: ignore[attr-defined]
+    return Growth(Gf, radius, h["load"] / area, result.energy_error, cost), result
 
 
 def openings(result: Result, row: int, axes: tuple[int, int]) -> tuple[Triangulation, Array]:
@@ -259,9 +260,9 @@ def _draw(
     plane.set(xlabel="z (mm)", ylabel="x (mm)", title="front of the penny (colours: see right)", ylim=(-1050, 1400))
     for (Gf, block), one in cases.items():
         style, grey = "-" if block == BLOCK else "--", 0.6 * (Gf / brittle.Gf - 1.0)
-        label = f"$E G_f / f_t^2$ = {E * Gf / FT**2 / RADIUS:g} a, block of {block:g} a"
+        name = f"$E G_f / f_t^2$ = {E * Gf / FT**2 / RADIUS:g} a, block of {block:g} a"
         x, y = one.radius / RADIUS, one.stress / brittle_stress(RADIUS, Gf)
-        stress.plot(x, y, style, color=str(grey), label=label, zorder=1)
+        stress.plot(x, y, style, color=str(grey), label=name, zorder=1)
     c = np.linspace(1.0, GROWN, 50)
     stress.plot(c, c**-0.5, "C3:", label="LEFM, infinite body")
     stress.set(xlabel="radius of equal energy / a", ylabel="stress over LEFM of the notch", ylim=(0, 1.05))
