@@ -272,8 +272,8 @@ def _draw(
     for i, row in enumerate(shown):
         for level, style in zip(ahead, ("-", ":"), strict=True):
             points = beam_front(beam, row, level)
-            label = f"opening {h['opening'][row]:.3f} mm, {h['load'][row]:.0f} N" if level == EDGE else None
-            across.plot(*points[np.argsort(points[:, 0])].T, style, color=f"C{i}", label=label)
+            legend = f"opening {h['opening'][row]:.3f} mm, {h['load'][row]:.0f} N" if level == EDGE else None
+            across.plot(*points[np.argsort(points[:, 0])].T, style, color=f"C{i}", label=legend)
     across.set(xlabel="z, over the thickness (mm)", ylabel="y (mm)", xlim=(-25, 62), ylim=(25.0, 50.0))
     across.set(title="beam: front (full line) and leading edge of the cohesive zone")
     for (level, values), style, name in zip(ahead.items(), ("-", ":"), ("front", "leading edge"), strict=True):
