@@ -114,7 +114,7 @@ class Curve:
 def curve(result: Result) -> Curve:
     """The curve of a run: reaction over net area, over the gauge's opening."""
     specimen, history = result.scene.specimen, result.history
-    net = (specimen.width - 2 * specimen.notch) * specimen.thickness  # type: ignore[union-attr]
+    net = (specimen.width - 2 * specimen.notch) * specimen.thickness  # type: ignore[attr-defined]
     ends = []
     for row in range(len(history["step"])):
         where, opening = result.opening_profile(row)

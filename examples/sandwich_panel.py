@@ -39,7 +39,7 @@ class Curves:
 def curves(scene: Scene) -> Curves:
     """Run the panel: normal stress (MPa) over the platen's opening (mm), shear stress over its sliding."""
     history = run(scene).history
-    area = scene.specimen.width * scene.specimen.thickness  # type: ignore[union-attr]
+    area = scene.specimen.width * scene.specimen.thickness  # type: ignore[attr-defined]
     ends = np.flatnonzero(np.diff(history["driven"]) < 0)  # the second stage starts to count from 0
     first, second = slice(None, ends[0] + 1), slice(ends[0] + 1, None)
     stress = history["load"] / area

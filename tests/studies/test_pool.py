@@ -17,7 +17,7 @@ SMALL = {"stage__0__to": 0.02, "solver__tol": 1e-6}
 
 @pytest.fixture(autouse=True)
 def _once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trade.REPEATED", 0.0)
+    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
 
 
 def test_a_client_runs_the_trials() -> None:
@@ -40,9 +40,18 @@ def test_a_client_runs_the_trials() -> None:
 
 def test_the_command_starts_a_cluster_of_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
-    words = ["--set", "mesh.crack_size=20.0", "--set", "mesh.far_size=25.0", "--set", "stage.0.steps=4", "--knobs", "tangent"]
+    words = [
+        "--set",
+        "mesh.crack_size=20.0",
+        "--set",
+        "mesh.far_size=25.0",
+        "--set",
+        "stage.0.steps=4",
+        "--knobs",
+        "condensation",
+    ]
     assert main(["trade", "single-crack", "--dask", "local", "-o", str(tmp_path), *words]) == 0
-    assert "tangent secant" in capsys.readouterr().out and (tmp_path / "trade.csv").exists()
+    assert "condensation never" in capsys.readouterr().out and (tmp_path / "trade.csv").exists()
 
 
 def test_no_scheduler_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
