@@ -137,10 +137,9 @@ def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface
         gauge = replace(gauge, direction=_extended(specimen, mesh, gauge.direction))
         return _relative_motion(gauge, mesh, faces)
     if faces is None:
+        keys = [f"specimen.{key}" for key in ("gauge_minus", "gauge_plus", "gauge") if hasattr(specimen, key)]
         raise SceneError(
-            "specimen.gauge: this band has no faces whose mean jump could be the opening; expected a gauge (in a mesh of your "
-            "own gauge_minus and gauge_plus)",
-            "specimen.gauge",
+            f"{', '.join(keys)}: this band has no faces whose mean jump could be the opening; expected a gauge", *keys[:1]
         )
     return {
         name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
