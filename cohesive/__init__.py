@@ -4,12 +4,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from meshing.specimens import register_specimen
+
     from .errors import NotConverged, SceneError
     from .law.concrete import Concrete
     from .law.crack_plane import CrackPlane
+    from .law.softening import register_softening
     from .results.result import Result
     from .scenes.scene import Scene
     from .simulation import run
+    from .solver.controls import register_control
     from .studies.accuracy import settings_for
     from .studies.compare import Comparison, compare
     from .studies.trade import trade
@@ -23,6 +27,9 @@ __all__ = [
     "Scene",
     "SceneError",
     "compare",
+    "register_control",
+    "register_softening",
+    "register_specimen",
     "run",
     "settings_for",
     "trade",
@@ -38,6 +45,9 @@ _HOME = {
     "Scene": "scenes.scene",
     "SceneError": "errors",
     "compare": "studies.compare",
+    "register_control": "solver.controls",
+    "register_softening": "law.softening",
+    "register_specimen": "meshing.specimens",
     "run": "simulation",
     "settings_for": "studies.accuracy",
     "trade": "studies.trade",
@@ -51,7 +61,8 @@ def __getattr__(name: str) -> Any:
         return version("cohesive-cracks")
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+    home = _HOME[name]
+    return getattr(import_module(home if home.startswith("meshing") else f".{home}", __name__), name)
 
 
 def __dir__() -> list[str]:

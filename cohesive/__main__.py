@@ -33,7 +33,7 @@ def main() -> int:
 
     signal.signal(signal.SIGTERM, terminate)
     try:
-        from .commands.cli import main as command_line
+        from .commands.command_line import main as command_line
 
         status = command_line()
     except KeyboardInterrupt as error:
@@ -48,7 +48,7 @@ def _other_than_0(number: int) -> int:
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
     with redirect_stdout(StringIO()), redirect_stderr(StringIO()) as said:
-        from .commands.cli import main as command_line
+        from .commands.command_line import main as command_line
 
         try:
             status = command_line()

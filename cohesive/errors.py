@@ -1,26 +1,69 @@
-"""errors"""
+"""All exceptions of cohesive, but for meshing's own `MeshError`."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 
 class SceneError(ValueError):
-    """A scene that cannot be used; the message names the key, its value and what was expected."""
+    """A scene that cannot be used; the message names the key, its value and what was expected.
+
+    Attributes
+    ----------
+    key : dotted key of the scene that the message is about, as in "solver.condensation"; empty if it is about no single one.
+    result : everything computed before, if `run` had begun.
+    finished : the runs that were finished before, if several were asked for.
+    """
+
+    result: object = None
+    finished: Sequence[object] = ()
+
+    def __init__(self, message: str = "", key: str = "") -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class ParameterError(ValueError):
+    """A parameter out of its range; the message names it, its value and what was expected.
+
+    Attributes
+    ----------
+    key : name of the parameter
+    """
+
+    def __init__(self, message: str = "", key: str = "") -> None:
+        super().__init__(message)
+        self.key = key
 
 
 class NotConverged(RuntimeError):
-    """A step that did not converge. `result` holds everything computed before it, once `run` has passed it on;
-    `finished` the runs that `compare` had finished."""
+    """A step that did not converge.
+
+    Attributes
+    ----------
+    key : dotted key of the scene whose change may help; empty if there is none.
+    result : everything computed before the step, once `run` has passed the error on.
+    finished : the runs that were finished before, if several were asked for.
+    """
 
     result: object = None
-    finished: object = None
+    finished: Sequence[object] = ()
+
+    def __init__(self, message: str = "", key: str = "") -> None:
+        super().__init__(message)
+        self.key = key
 
 
 class PointFailure(NotConverged):
-    """Crack planes of one point without a solution; `point` is its number."""
+    """Crack planes of one point without a solution; `point` is its index."""
 
     def __init__(self, message: str, point: int) -> None:
         super().__init__(message)
         self.point = point
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.point), self.__dict__
 
 
 class NoContact(NotConverged):
@@ -29,3 +72,16 @@ class NoContact(NotConverged):
 
 class ElementError(ValueError):
     """An element with no positive area or volume, or of a type that is not implemented."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """A run that the user or a signal ended.
+
+    Attributes
+    ----------
+    result : everything computed before.
+    finished : the runs that were finished before, if several were asked for.
+    """
+
+    result: object = None
+    finished: Sequence[object] = ()

@@ -19,6 +19,8 @@ EXAMPLES = (
     "discrete_and_smeared",
     "size_effect",
     "crack_that_bends",
+    "which_curve",
+    "fibre_concrete",
     "accuracy",
     "sandwich_panel",
     "reinhardt",

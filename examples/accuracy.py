@@ -24,7 +24,7 @@ from cohesive.results.figures import new_figure, save
 from cohesive.studies.accuracy import settings_for
 from cohesive.studies.curves import Curve, curve_of
 from cohesive.studies.parameters import changes
-from cohesive.studies.trade import errors
+from cohesive.studies.trials import errors
 from examples.command import command
 
 

@@ -35,6 +35,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from cohesive import Concrete, CrackPlane, NotConverged, Result, Scene, run
 from cohesive.results.figures import new_figure, save
@@ -92,7 +93,7 @@ def mode_one(law: CrackPlane) -> dict[str, float]:
     return {
         "peak": float(t.max()),
         "least": float(t.min()),
-        "area": float(np.trapezoid(t, u)) / full,
+        "area": float(trapezoid(t, u)) / full,
         "-3 MPa at": float(np.interp(3.0, -stress, back)),
     }
 
@@ -157,13 +158,13 @@ def main(
                 found = changes(reading, scene.material)
                 result, stopped = attempt(scene.with_(**{f"material.{k}": v for k, v in found.items()}), model)
                 results[name, reading, model] = result, stopped
-                numbers |= _specimen(name, reading, result, stopped)
+                numbers |= specimen_numbers(name, reading, result, stopped)
     if plot is not None:
         _draw(results, plot)
     return numbers
 
 
-def _specimen(name: str, reading: str, result: Result, stopped: str) -> dict[str, float]:
+def specimen_numbers(name: str, reading: str, result: Result, stopped: str) -> dict[str, float]:
     """Print and return what a run came to."""
     h = result.history
     if not len(h["step"]):

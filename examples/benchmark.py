@@ -85,16 +85,16 @@ def changes(size: Size) -> dict[str, object]:
 
 
 @cache
-def analysis(size: Size, reduction: str = "condensed", steps: int = 60) -> Row:
+def analysis(size: Size, condensation: str = "always", steps: int = 60) -> Row:
     """Seconds for the parts of one softening analysis, the sizes of its systems, and peak memory in MB; in a process of its
     own."""
-    return apart(_analysis, size, reduction, steps)
+    return apart(_analysis, size, condensation, steps)
 
 
-def _analysis(size: Size, reduction: str, steps: int) -> Row:
+def _analysis(size: Size, condensation: str, steps: int) -> Row:
     import gmsh  # noqa: F401  # loading it is no cost of the analysis
 
-    scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.reduction": reduction, "stage.0.steps": steps})
+    scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.condensation": condensation, "stage.0.steps": steps})
     loaded = memory()
     model = build(scene)
     march: list[int] = []
@@ -103,7 +103,7 @@ def _analysis(size: Size, reduction: str, steps: int) -> Row:
         march[:] = [step.equilibrium.iterations for step in March(model.problem, scene.stages, model.record)]
 
     repeats = 7 if scene.model.kind == "discrete" else 2  # what else the machine does only adds
-    seconds = best_of(1 if reduction == "none" else repeats, newton)
+    seconds = best_of(1 if condensation == "never" else repeats, newton)
     parts = dict(model.timings)
     if model.total_dofs < 50_000:
         for _ in range(2):
@@ -123,7 +123,7 @@ def _analysis(size: Size, reduction: str, steps: int) -> Row:
 def growth(sizes: Mapping[str, Size]) -> dict[str, Row]:
     """Unknowns, iterations and seconds per iteration of condensed runs that take turns, so that their ratios are steady."""
     scenes = {name: Scene.load("notched-beam").with_(**changes(size)) for name, size in sizes.items()}
-    models = {name: build(scene.with_(**{"solver.reduction": "condensed"})) for name, scene in scenes.items()}
+    models = {name: build(scene.with_(**{"solver.condensation": "always"})) for name, scene in scenes.items()}
     rows: dict[str, Row] = {}
     for _ in range(7):
         for name, model in models.items():
@@ -148,12 +148,12 @@ def sparse(size: Size) -> Row:
 
 
 def _sparse(size: Size) -> Row:
-    scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.reduction": "none"})
+    scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.condensation": "never"})
     return elastic_solve(scene, "MMD_AT_PLUS_A")
 
 
 def elastic_solve(scene: Scene, order: str, repeats: int = 2) -> Row:
-    """One sparse factorization and one elastic solve of a scene without reduction, by SuperLU in an order of its own or
+    """One sparse factorization and one elastic solve of a scene without condensation, by SuperLU in an order of its own or
     ("NATURAL") in that of the dissection."""
     problem = build(scene).problem
     assert isinstance(problem.stiffness, SparseStiffness)
@@ -198,7 +198,8 @@ def command(size: Size | None, repeats: int = 3) -> Row:
         seconds = process("-m", "cohesive", "run", "notched-beam", "-o", folder, *sets, *more)
         return seconds, json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))["timings"]
 
-    imports = ("gc", "cohesive.cli, gmsh", "cohesive.cli, gmsh, cohesive.plots")  # without the exit, which is that of the run
+    ours = "cohesive.commands.run"
+    imports = ("gc", f"{ours}, gmsh", f"{ours}, gmsh, cohesive.results.figures")  # without the exit, which is that of the run
     codes = [f"import gc, os; gc.set_threshold(50_000); import {names}; os._exit(0)" for names in imports]
     with tempfile.TemporaryDirectory() as folder:
         loads: list[list[float]] = []
@@ -283,14 +284,14 @@ def comparisons(
     """Both ways of Newton, growth with bulk and crack, and the law: print the tables and return them."""
     rows = {}
     for name, size in both.items():
-        none, condensed = (analysis(size, reduction, BOTH_STEPS) for reduction in ("none", "condensed"))
+        whole, condensed = (analysis(size, condensation, BOTH_STEPS) for condensation in ("never", "always"))
         once = condensed["condense"] + condensed["newton"]
-        pair = (none["iteration"], condensed["iteration"])
+        pair = (whole["iteration"], condensed["iteration"])
         rows[name] = [
-            none["unknowns"],
-            none["newton"],
+            whole["unknowns"],
+            whole["newton"],
             once,
-            none["newton"] / once,
+            whole["newton"] / once,
             *(1e3 * s for s in pair),
             pair[0] / pair[1],
         ]

@@ -88,7 +88,7 @@ def main(with_elastic: bool = False, sizes: Mapping[str, Size] = SIZES) -> dict[
     )  # fmt: skip
     if with_elastic:
         solved = {
-            name: apart(elastic_solve, scene_of(size, **{"solver.reduction": "none"}), "NATURAL", 1)
+            name: apart(elastic_solve, scene_of(size, **{"solver.condensation": "never"}), "NATURAL", 1)
             for name, size in sizes.items()
         }
         found["elastic"] = table(

@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
 from cohesive.results.figures import new_figure, save
@@ -73,7 +74,7 @@ def measured(result: Result, line: Array) -> Crack:
     load, gauge = (np.r_[0.0, h[name]] for name in ("load", "opening"))
     order = np.lexsort((position, middle))  # up the crack, cell by cell
     return Crack(
-        result.peak_load, result.opening_at_peak, float(np.trapezoid(load, gauge)), float(h["contact_work"][-1]),
+        result.peak_load, result.opening_at_peak, float(trapezoid(load, gauge)), float(h["contact_work"][-1]),
         position[order], opening[order], sliding[order], kinematic[order], result.energy_error,
     )  # fmt: skip
 
@@ -111,7 +112,7 @@ def _draw(results: dict[str, Result], cracks: dict[str, Crack], path_: Path) -> 
     sketch.add_patch(Rectangle((-87.5, 0.0), 175.0, 50.0, facecolor="0.92", edgecolor="0.5"))
     sketch.plot([NOTCH, NOTCH], [0.0, 25.0], "k-", linewidth=3.0, label="notch")
     for (name, result), colour in zip(results.items(), ("C0", "C1"), strict=True):
-        line = np.array(result.scene.specimen.paths[0])  # type: ignore[union-attr]
+        line = np.array(result.scene.specimen.paths[0])
         sketch.plot(*line.T, colour, label=f"{name} path")
         h, c = result.history, cracks[name]
         loads.plot(np.r_[0.0, h["opening"]], np.r_[0.0, h["load"]], colour, label=f"{name}, peak {c.peak:.0f} N")

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
 from cohesive.results.figures import new_figure, save
@@ -44,7 +45,7 @@ def measured(result: Result) -> Row:
     if result.model.is_smeared:
         stress = result.frame(int(h["load"].argmax())).stress[-1]  # of the band, which runs along y
         lateral = float(abs(stress[:, 1]).mean() * result.model.cracks.width * result.scene.specimen.thickness)
-    energy = float(np.trapezoid(np.r_[0.0, h["load"]], np.r_[0.0, h["opening"]]))
+    energy = float(trapezoid(np.r_[0.0, h["load"]], np.r_[0.0, h["opening"]]))
     return Row(result.model.cracks.width, result.peak_load, energy, lateral, result.solution_time, result.iterations)
 
 

@@ -135,11 +135,11 @@ def drift(result: Result) -> str:
 
 def loop(result: Result) -> str:
     """Work of the contact in the last loop, over Gf."""
-    h, m = result.history, result.scene.material
+    h = result.history
     last = h["stage"] > h["stage"].max() - 4
     start = np.flatnonzero(last)[0] - 1
     work = h["work"] - h["elastic"] - h["stored"] - h["dissipated"]
-    return f"{(work[-1] - work[start]) / (m.Gf * result.problem.area):+.2f}"
+    return f"{(work[-1] - work[start]) / result.problem.energy:+.2f}"
 
 
 def against(scale: float, base: Scene, result: Result) -> str:

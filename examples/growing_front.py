@@ -106,7 +106,8 @@ def grow(scene: Scene) -> tuple[Growth, Result]:
     h, Gf = result.history, scene.material.Gf
     radius = np.sqrt(RADIUS**2 + h["dissipated"] / (np.pi * Gf))
     cost = f"{result.iterations} iterations, {result.active_dofs} of {result.total_dofs} unknowns"
-    return Growth(Gf, radius, h["load"] / scene.specimen.width**2, result.energy_error, cost), result  # type: ignore[union-attr]
+    area = scene.specimen.width**2  # type: ignore[attr-defined]
+    return Growth(Gf, radius, h["load"] / area, result.energy_error, cost), result
 
 
 def openings(result: Result, row: int, axes: tuple[int, int]) -> tuple[Triangulation, Array]:
@@ -259,9 +260,9 @@ def _draw(
     plane.set(xlabel="z (mm)", ylabel="x (mm)", title="front of the penny (colours: see right)", ylim=(-1050, 1400))
     for (Gf, block), one in cases.items():
         style, grey = "-" if block == BLOCK else "--", 0.6 * (Gf / brittle.Gf - 1.0)
-        label = f"$E G_f / f_t^2$ = {E * Gf / FT**2 / RADIUS:g} a, block of {block:g} a"
+        name = f"$E G_f / f_t^2$ = {E * Gf / FT**2 / RADIUS:g} a, block of {block:g} a"
         x, y = one.radius / RADIUS, one.stress / brittle_stress(RADIUS, Gf)
-        stress.plot(x, y, style, color=str(grey), label=label, zorder=1)
+        stress.plot(x, y, style, color=str(grey), label=name, zorder=1)
     c = np.linspace(1.0, GROWN, 50)
     stress.plot(c, c**-0.5, "C3:", label="LEFM, infinite body")
     stress.set(xlabel="radius of equal energy / a", ylabel="stress over LEFM of the notch", ylim=(0, 1.05))
@@ -271,8 +272,8 @@ def _draw(
     for i, row in enumerate(shown):
         for level, style in zip(ahead, ("-", ":"), strict=True):
             points = beam_front(beam, row, level)
-            label = f"opening {h['opening'][row]:.3f} mm, {h['load'][row]:.0f} N" if level == EDGE else None
-            across.plot(*points[np.argsort(points[:, 0])].T, style, color=f"C{i}", label=label)
+            legend = f"opening {h['opening'][row]:.3f} mm, {h['load'][row]:.0f} N" if level == EDGE else None
+            across.plot(*points[np.argsort(points[:, 0])].T, style, color=f"C{i}", label=legend)
     across.set(xlabel="z, over the thickness (mm)", ylabel="y (mm)", xlim=(-25, 62), ylim=(25.0, 50.0))
     across.set(title="beam: front (full line) and leading edge of the cohesive zone")
     for (level, values), style, name in zip(ahead.items(), ("-", ":"), ("front", "leading edge"), strict=True):
@@ -286,7 +287,7 @@ def _draw(
 def _draw_opened(figure: Figure, place: SubplotSpec, result: Result) -> None:
     """Half of both crack faces in the last row, the notch included, opened up."""
     model, frame = result.model, result.frame(len(result.history["step"]) - 1)
-    nodes, _ = outer_faces([(block.kind, block.cells) for block in model.blocks])
+    nodes, _ = outer_faces([(block.kind, block.cells) for block in model.bulk])
     corners, lift = model.mesh.points[nodes], frame.displacement[nodes][..., 1] - result.history["driven"][-1] / 2
     behind = (abs(corners[..., 1]) < 1e-6).all(axis=1) & (corners[..., 2].mean(axis=1) < 0)
     corners, lift = corners[behind], lift[behind]

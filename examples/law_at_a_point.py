@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from cohesive import Concrete, CrackPlane
 from cohesive.results.figures import new_figure, save
@@ -73,8 +74,8 @@ def follow_paths(law: CrackPlane, points: int) -> Point:
         opening=(u, t_opening[:, 0]),
         sliding=(sliding[:, 1], free),
         closing=(back, t_back[:, 0]),
-        area_opening=float(np.trapezoid(t_opening[:, 0], u)),
-        area_sliding=float(np.trapezoid(free, sliding[:, 1])),
+        area_opening=float(trapezoid(t_opening[:, 0], u)),
+        area_sliding=float(trapezoid(free, sliding[:, 1])),
         formula_opening=full,
         formula_sliding=m.r_sigma**2 * (m.E / m.G) * full,
         contact=float(abs(contact).max()),

@@ -32,6 +32,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
 from cohesive.results.figures import new_figure, save
@@ -80,7 +81,7 @@ class Curve:
     @property
     def area(self) -> float:
         """Area under stress over opening, N/mm; for a curve without cycles."""
-        return float(np.trapezoid(self.stress, self.opening))
+        return float(trapezoid(self.stress, self.opening))
 
     def reloading(self) -> Array:
         """Secant stiffness of each way back to the envelope, from no stress on, MPa/mm."""
@@ -113,7 +114,7 @@ class Curve:
 def curve(result: Result) -> Curve:
     """The curve of a run: reaction over net area, over the gauge's opening."""
     specimen, history = result.scene.specimen, result.history
-    net = (specimen.width - 2 * specimen.notch) * specimen.thickness  # type: ignore[union-attr]
+    net = (specimen.width - 2 * specimen.notch) * specimen.thickness  # type: ignore[attr-defined]
     ends = []
     for row in range(len(history["step"])):
         where, opening = result.opening_profile(row)

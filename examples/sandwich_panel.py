@@ -39,7 +39,7 @@ class Curves:
 def curves(scene: Scene) -> Curves:
     """Run the panel: normal stress (MPa) over the platen's opening (mm), shear stress over its sliding."""
     history = run(scene).history
-    area = scene.specimen.width * scene.specimen.thickness  # type: ignore[union-attr]
+    area = scene.specimen.width * scene.specimen.thickness  # type: ignore[attr-defined]
     ends = np.flatnonzero(np.diff(history["driven"]) < 0)  # the second stage starts to count from 0
     first, second = slice(None, ends[0] + 1), slice(ends[0] + 1, None)
     stress = history["load"] / area
@@ -68,7 +68,8 @@ def main(sizes: tuple[float, ...] = (100.0, 50.0, 25.0), plot: Path | None = Non
     smeared = scene.with_(**{"model.kind": "smeared"})
     bands = {
         scaling: [
-            curves(smeared.with_(**{"mesh.crack_size": h, "mesh.far_size": h, "band.shear_scaling": scaling})) for h in sizes
+            curves(smeared.with_(**{"mesh.crack_size": h, "mesh.far_size": h, "material.shear_scaling": scaling}))
+            for h in sizes
         ]
         for scaling in (True, False)
     }

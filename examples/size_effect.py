@@ -95,7 +95,7 @@ def main(size: float = 1.0, plot: Path | None = None) -> Fit:
     """
     scenes = [scaled(scale, size) for scale in SCALES]
     results = [run(scene) for scene in scenes]
-    depth = np.array([scene.specimen.depth for scene in scenes])  # type: ignore[union-attr]
+    depth = np.array([scene.specimen.depth for scene in scenes])  # type: ignore[attr-defined]
     strength = np.array([nominal(scene, result.peak_load) for scene, result in zip(scenes, results, strict=True)])
     slope, start = np.polyfit(depth, 1.0 / strength**2, 1)
     Bft, D0 = float(start**-0.5), float(start / slope)

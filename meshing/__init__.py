@@ -1,30 +1,44 @@
 """Notched specimens with the crack path or surface inserted beforehand, as meshio meshes. Knows no mechanics."""
 
-from .band import mesh_band
-from .band_reader import read_band_mesh
-from .base import PlaneSpecimen, Specimen
-from .cracks import crack_front_length, insert_cracks
-from .errors import MeshError
-from .plane import MeshSizes, Outline, mesh_body, mesh_polygon
-from .reader import read_mesh
-from .solids import NotchedBeam3D, PushOff3D, SingleCrack3D
-from .specimens import MixedModePlate, NotchedBeam, NotchedTension, PushOff, SandwichPanel, SingleCrack
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .band import mesh_band
+    from .band_files import read_band_mesh
+    from .errors import MeshError
+    from .files import read_mesh
+    from .insertion import crack_front_length, insert_cracks
+    from .outline import Outline
+    from .polygon import mesh_body, mesh_polygon
+    from .sizes import MeshSizes
+    from .specimens import (
+        MixedModePlate,
+        NotchedBeam,
+        NotchedTension,
+        PlaneSpecimen,
+        PushOff,
+        SandwichPanel,
+        SingleCrack,
+        SingleCrack3D,
+        Specimen,
+        UserMesh,
+    )  # fmt: skip
 
 __all__ = [
     "MeshError",
     "MeshSizes",
     "MixedModePlate",
     "NotchedBeam",
-    "NotchedBeam3D",
     "NotchedTension",
     "Outline",
     "PlaneSpecimen",
     "PushOff",
-    "PushOff3D",
     "SandwichPanel",
     "SingleCrack",
     "SingleCrack3D",
     "Specimen",
+    "UserMesh",
     "crack_front_length",
     "insert_cracks",
     "mesh_band",
@@ -33,3 +47,37 @@ __all__ = [
     "read_band_mesh",
     "read_mesh",
 ]
+
+#: where each name lives; it is loaded when it is first asked for
+_HOME = {
+    "MeshError": "errors",
+    "MeshSizes": "sizes",
+    "MixedModePlate": "specimens",
+    "NotchedBeam": "specimens",
+    "NotchedTension": "specimens",
+    "Outline": "outline",
+    "PlaneSpecimen": "specimens",
+    "PushOff": "specimens",
+    "SandwichPanel": "specimens",
+    "SingleCrack": "specimens",
+    "SingleCrack3D": "specimens",
+    "Specimen": "specimens",
+    "UserMesh": "specimens",
+    "crack_front_length": "insertion",
+    "insert_cracks": "insertion",
+    "mesh_band": "band",
+    "mesh_body": "polygon",
+    "mesh_polygon": "polygon",
+    "read_band_mesh": "band_files",
+    "read_mesh": "files",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -7,31 +7,20 @@ from types import ModuleType
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 
-from .cracks import Point, cut_slits, edges_on_path, nodes_on_segment
+from .arrays import Array, Index
+from .band_geometry import Strip, lay_strips
+from .clipping import part_inside
 from .errors import MeshError
-from .plane import (
-    MeshSizes,
-    Outline,
-    add_face,
-    add_lines,
-    check_sizes,
-    collect,
-    divide,
-    edge_sets,
-    generate,
-    nearest,
-    session,
-    set_sizes,
-)
-from .strip import Strip, lay_strips, part_inside, slack_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from .gmsh_session import add_face, add_lines, collect, divide, generate, session, set_sizes
+from .insertion import cut_slits
+from .outline import Outline
+from .paths import Point, edges_on_path, nodes_on_segment
+from .polygon import check_outline, edge_sets, nearest
+from .sizes import MeshSizes
 
 
-def mesh_band(body: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
+def mesh_band(outline: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
     """Mesh a body with a row of quadrilaterals along each crack path, one element wide.
 
     The row is centred on the path and follows it with mitred joints. Where a path ends on an edge of the body, so does
@@ -40,7 +29,7 @@ def mesh_band(body: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
 
     Parameters
     ----------
-    body : Outline
+    outline : Outline
         Whole, not a half.
     sizes : MeshSizes
         `crack_size` is the length of the band's elements along the path. With shape "quad" a few triangles are left over
@@ -63,16 +52,34 @@ def mesh_band(body: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
         If the band does not fit: wider than the notch, outside the body, overlapping itself or another, or over a named
         point.
     """
-    if body.half:
-        raise MeshError("half = true: a crack band runs along the middle of the body; expected the whole body")
-    check_sizes(body, sizes)
-    opened, strips = lay_strips(body, width)
+    if outline.half:
+        raise MeshError("half = true: a crack band runs along the middle of the body; expected the whole body", "half")
+    check_outline(outline, sizes)
+    opened, strips = lay_strips(outline, width)
     free, on_end = _sorted_nodes(opened, strips, width)
+    bulk, band, points = _mesh_faces(opened, strips, free, sizes, width)
+    whole = _renumbered(points, [*((block.type, block.data) for block in bulk), band])
+    for name, group in outline.nodes.items():
+        at = [_end_nodes(whole, on_end[p], outline.slack) if p in on_end else [nearest(whole, name, p)] for p in group]
+        whole.point_sets[name] = np.unique(np.concatenate(at)).astype(np.int64)
+    whole.point_sets |= edge_sets(whole, outline.edges)
+    cut = cut_slits(whole, edges_on_path(whole, "notch", opened.slits))
+    cells = [np.arange(len(block.data)) for block in cut.cells]
+    nothing = [np.empty(0, dtype=np.int64) for _ in bulk]
+    row = [*nothing, cells[-1]]
+    cut.cell_sets = {"body": [*cells[:-1], np.empty(0, dtype=np.int64)], "band": row, "row": row}
+    return cut
+
+
+def _mesh_faces(
+    outline: Outline, strips: list[Strip], free: list[Point], sizes: MeshSizes, width: float
+) -> tuple[list[meshio.CellBlock], tuple[str, Index], Array]:
+    """Bulk blocks, the block of the band in the order of the path, and the nodes' coordinates; some nodes are not used."""
     with session() as gmsh:
-        face = add_face(gmsh, opened.corners)
+        face = add_face(gmsh, outline.corners)
         tools = [(2, tag) for strip in strips for tag in _add_strip(gmsh, strip)]
         n_faces = len(tools)
-        tools += [line for slit in opened.slits for line in add_lines(gmsh, slit)]
+        tools += [line for slit in outline.slits for line in add_lines(gmsh, slit)]
         tools += [(0, gmsh.model.occ.addPoint(*p, 0)) for p in free]
         _, image = gmsh.model.occ.fragment([face], tools)
         gmsh.model.occ.synchronize()
@@ -86,33 +93,26 @@ def mesh_band(body: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
     band = np.concatenate([_in_order(mesh.points, row.data, a, b) for row, (a, b) in zip(rows, segments, strict=True)])
     if sizes.order == 2:
         band[:, [5, 7]] = band[:, [1, 3]]
-    used, flat = np.unique(np.concatenate([*(block.data.ravel() for block in bulk), band.ravel()]), return_inverse=True)
-    parts = np.split(flat, np.cumsum([*(block.data.size for block in bulk), band.size])[:-1])
-    kinds = [*(block.type for block in bulk), rows[0].type]
-    shapes = [*(block.data.shape for block in bulk), band.shape]
-    renumbered = [(kind, part.reshape(shape)) for kind, part, shape in zip(kinds, parts, shapes, strict=True)]
-    whole = meshio.Mesh(mesh.points[used], renumbered)
-    slack = slack_of(body)
-    for name, group in body.nodes.items():
-        at = [_end_nodes(whole, on_end[p], slack) if p in on_end else [nearest(whole, name, p)] for p in group]
-        whole.point_sets[name] = np.unique(np.concatenate(at)).astype(np.int64)
-    whole.point_sets |= edge_sets(whole, body.edges)
-    cut = cut_slits(whole, edges_on_path(whole, "notch", opened.slits))
-    cells = [np.arange(len(block.data)) for block in cut.cells]
-    nothing = [np.empty(0, dtype=np.int64) for _ in bulk]
-    row = [*nothing, cells[-1]]
-    cut.cell_sets = {"body": [*cells[:-1], np.empty(0, dtype=np.int64)], "band": row, "row": row}
-    return cut
+    return bulk, (rows[0].type, band), mesh.points
 
 
-def _sorted_nodes(body: Outline, strips: list[Strip], width: float) -> tuple[list[Point], dict[Point, tuple[Point, Point]]]:
-    """Named points that gmsh must make nodes, and those on an end of the band, with that end."""
-    slack = slack_of(body)
+def _renumbered(points: Array, blocks: list[tuple[str, Index]]) -> meshio.Mesh:
+    """The mesh of some blocks without the nodes that they do not use."""
+    used, flat = np.unique(np.concatenate([block.ravel() for _, block in blocks]), return_inverse=True)
+    parts = np.split(flat, np.cumsum([block.size for _, block in blocks])[:-1])
+    return meshio.Mesh(
+        points[used], [(kind, part.reshape(block.shape)) for (kind, block), part in zip(blocks, parts, strict=True)]
+    )
+
+
+def _sorted_nodes(outline: Outline, strips: list[Strip], width: float) -> tuple[list[Point], dict[Point, tuple[Point, Point]]]:
+    """Named points at which gmsh must place a node, and those on an end of the band, with that end."""
+    slack = outline.slack
     corners = np.concatenate([side for strip in strips for side in (strip.minus, strip.plus)])
     ends = [end for strip in strips for end in strip.ends]
     free: list[Point] = []
     on_end: dict[Point, tuple[Point, Point]] = {}
-    for name, group in body.nodes.items():
+    for name, group in outline.nodes.items():
         for p in group:
             x, y = p
             at = np.array([p], dtype=float)
@@ -122,14 +122,16 @@ def _sorted_nodes(body: Outline, strips: list[Strip], width: float) -> tuple[lis
             if here and any(end == here[0] for other, end in on_end.items() if other not in group):
                 raise MeshError(
                     f"{name} = ({x:g}, {y:g}): it shares an end of the band with another named point, and both would stand "
-                    f"for all of it; expected points more than {width / 2:g} mm from the crack path"
+                    f"for all of it; expected points more than {width / 2:g} mm from the crack path",
+                    name,
                 )
             if here:
                 on_end[p] = here[0]
             elif any(len(part_inside(at, face, slack)) for strip in strips for face in strip.faces):
                 raise MeshError(
                     f"{name} = ({x:g}, {y:g}): it lies in the band, band.width = {width:g}; expected a point more than "
-                    f"{width / 2:g} mm from the crack path"
+                    f"{width / 2:g} mm from the crack path",
+                    name,
                 )
             else:
                 free.append(p)
@@ -137,6 +139,7 @@ def _sorted_nodes(body: Outline, strips: list[Strip], width: float) -> tuple[lis
 
 
 def _end_nodes(mesh: meshio.Mesh, end: tuple[Point, Point], slack: float) -> Index:
+    """Nodes on an end of the band."""
     return np.flatnonzero(nodes_on_segment(mesh.points, *end, slack))
 
 
@@ -153,7 +156,7 @@ def _add_strip(gmsh: ModuleType, strip: Strip) -> list[int]:
 
 
 def _divide_face(gmsh: ModuleType, face: int, a: Array, b: Array, sizes: MeshSizes, width: float) -> list[int]:
-    """Have a face of the row meshed by quadrilaterals, one wide; the curves of its two sides."""
+    """Have gmsh divide a face of the row into quadrilaterals, one wide; the curves of its two sides."""
     mesh, normal = gmsh.model.mesh, np.array([a[1] - b[1], b[0] - a[0]]) / math.dist(a, b)
     sides: list[int] = []
     for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False):
@@ -174,6 +177,6 @@ def _in_order(points: Array, cells: Index, a: Array, b: Array) -> Index:
     cells = cells[np.argsort(points[cells[:, :4]].mean(axis=1) @ along)]
     minus = (points[cells[:, :4]] - a) @ np.array([-along[1], along[0]]) < 0
     first = (minus & ~np.roll(minus, 1, axis=1)).argmax(axis=1)
-    turn = (np.arange(4) + first[:, None]) % 4
-    turn = np.concatenate([turn, turn + 4], axis=1)[:, : cells.shape[1]]
-    return np.asarray(np.take_along_axis(cells, turn, axis=1))
+    columns = (np.arange(4) + first[:, None]) % 4
+    columns = np.concatenate([columns, columns + 4], axis=1)[:, : cells.shape[1]]
+    return np.asarray(np.take_along_axis(cells, columns, axis=1))

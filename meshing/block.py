@@ -1,4 +1,4 @@
-"""A rectangular block with one plane crack at any angle, through it or with its front inside: tetrahedra by gmsh."""
+"""A rectangular block with one plane crack at any angle, through it or with its crack front inside: tetrahedra by gmsh."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from types import ModuleType
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 
-from .cracks import cut_slits, insert_cracks
+from .arrays import Array, Index
+from .clipping import part_above
 from .errors import MeshError
 from .extrusion import with_mid_nodes
-from .plane import SLACK, MeshSizes, check_count, check_not_layered, collect, grow, nearest, session
-from .strip import part_above
+from .gmsh_session import collect, session, size_field
+from .insertion import cut_slits, insert_cracks
+from .paths import SLACK
+from .polygon import nearest
+from .sizes import MeshSizes, check_count, check_not_layered
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-#: more elements on a crack, or in a body, than this machine holds
+#: more elements on a crack, or in a body, than a machine holds
 _MOST_ON_CRACK, _MOST_IN_ALL = 1e5, 5e6
 
 
@@ -60,7 +60,7 @@ class PlaneCrack:
         return np.asarray(polygon[apart])
 
     def area(self, half: Array) -> float:
-        """Of the part inside a box, without the notch, mm^2."""
+        """Area of the part inside a box with these half sides, without the notch, mm^2."""
         notch = math.pi * self.notch_radius**2
         if self.radius is not None:
             return math.pi * self.radius**2 - notch
@@ -85,7 +85,7 @@ def mesh_block(
     nodes: Mapping[str, tuple[float, float, float]] | None = None,
     conforming: bool = True,
 ) -> meshio.Mesh:
-    """Mesh a block around the origin and cut it along its crack, or along the notch only where that may form anywhere.
+    """Mesh a block around the origin and cut it along its crack, or along the notch only, for cracks that may form anywhere.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def mesh_block(
     Returns
     -------
     meshio.Mesh
-        Of tetrahedra, as `insert_cracks` gives it, or as `cut_slits` does. Point sets besides `nodes`: `base` and `top`, the
+        Tetrahedra, as `insert_cracks` gives them, or as `cut_slits` does. Point sets besides `nodes`: `base` and `top`, the
         faces at the smallest and the largest y; `back` and `front`, at the smallest and the largest z; `base_corner`, the
         edge of the base at the smallest x; `pin`, its node in the back.
 
@@ -108,7 +108,7 @@ def mesh_block(
         Naming the key of sizes that does not fit, or the point outside the body.
     """
     if sizes.shape != "triangle":
-        raise MeshError(f"mesh.shape = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'")
+        raise MeshError(f"mesh.shape = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'", "mesh.shape")
     half = np.array(sides) / 2
     check_not_layered(sizes)
     check_count("crack_size", sizes.crack_size, "on the crack", crack.area(half), 2, _MOST_ON_CRACK)
@@ -121,7 +121,7 @@ def mesh_block(
         tools = [*notch, *surface, *((0, occ.addPoint(*p)) for p in (nodes or {}).values())]
         image = occ.fragment([box], tools)[1] if tools else [[box]]
         occ.synchronize()
-        grow(gmsh, crack.distance(), sizes.crack_size, sizes.far_size)
+        size_field(gmsh, crack.distance(), sizes.crack_size, sizes.far_size)
         gmsh.model.mesh.generate(3)
         opened = [face for faces in image[1 : 1 + len(notch)] for face in faces]
         faces = [face for faces in image[1 + len(notch) :][: len(surface)] for face in faces if face not in opened]
@@ -132,23 +132,29 @@ def mesh_block(
         for some in (triangles[: len(opened)], triangles[len(opened) :])
     )
     mesh.cells = [block for block in mesh.cells if block.type == "tetra"]
-    slack = SLACK * max(sides)
-    lowest = abs(mesh.points + half) < slack
-    mesh.point_sets = {name: np.array([nearest(mesh, name, p)]) for name, p in (nodes or {}).items()} | {
-        "base": np.flatnonzero(lowest[:, 1]),
-        "top": np.flatnonzero(mesh.points[:, 1] > half[1] - slack),
-        "back": np.flatnonzero(lowest[:, 2]),
-        "front": np.flatnonzero(mesh.points[:, 2] > half[2] - slack),
-        "base_corner": np.flatnonzero(lowest[:, :2].all(axis=1)),
-        "pin": np.flatnonzero(lowest.all(axis=1)),
-    }
+    mesh.point_sets = {name: np.array([nearest(mesh, name, p)]) for name, p in (nodes or {}).items()}
+    mesh.point_sets |= _faces_of_block(mesh.points, half)
     if sizes.order == 2:
         mesh = with_mid_nodes(mesh)
     return insert_cracks(mesh, cut, slit) if conforming else cut_slits(mesh, slit)
 
 
+def _faces_of_block(points: Array, half: Array) -> dict[str, Index]:
+    """The point sets on the faces of a block, by name; see `mesh_block`."""
+    slack = 2 * SLACK * half.max()
+    lowest = abs(points + half) < slack
+    return {
+        "base": np.flatnonzero(lowest[:, 1]),
+        "top": np.flatnonzero(points[:, 1] > half[1] - slack),
+        "back": np.flatnonzero(lowest[:, 2]),
+        "front": np.flatnonzero(points[:, 2] > half[2] - slack),
+        "base_corner": np.flatnonzero(lowest[:, :2].all(axis=1)),
+        "pin": np.flatnonzero(lowest.all(axis=1)),
+    }
+
+
 def facing(points: Array, triangles: Index, normal: Array) -> Index:
-    """Triangles turned so that they face a direction; gmsh promises none."""
+    """Triangles, flipped if need be so that their normals point along a direction; gmsh promises none."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     against = np.cross(b - a, c - a) @ normal < 0
     return np.where(against[:, None], triangles[:, ::-1], triangles)

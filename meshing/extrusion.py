@@ -1,4 +1,4 @@
-"""Solid meshes by extrusion of plane ones over the thickness: the same edges, paths and nodes in every layer."""
+"""3D meshes by extrusion of 2D ones over the thickness: the same edges, paths and nodes in every layer."""
 
 from __future__ import annotations
 
@@ -6,55 +6,53 @@ from dataclasses import replace
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import Array, Index
 from .band import mesh_band
-from .cracks import cut_slits, edges_on_path, insert_cracks, mirror_cracks
+from .cells import CELLS
 from .errors import MeshError
-from .plane import MeshSizes, Outline, mesh_face
+from .insertion import cut_slits, insert_cracks, mirror_cracks
+from .outline import Outline
+from .paths import edges_on_path
+from .polygon import mesh_face
+from .sizes import MeshSizes
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-#: corners of the edges of a tetrahedron, in the order of the mid nodes of tetra10
-_TETRA_EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
-
-#: more elements than this machine holds
+#: more elements than a machine holds
 _MOST_IN_ALL = 5e6
 
 
-def mesh_prism(body: Outline, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
-    """A body of some thickness with its crack: the extrusion of what `mesh_polygon` gives.
+def mesh_prism(outline: Outline, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
+    """Mesh a body of some thickness with its crack: the extrusion of what `mesh_polygon` gives.
 
     Returns
     -------
     meshio.Mesh
-        As `insert_cracks` gives it, of hexahedra or tetrahedra; x and y as in the plane, z from -thickness/2 to
-        thickness/2. The point sets of `body` run through the thickness; `back` and `front` are the faces at the smallest and
-        the largest z, and `pin` is one node: a corner of the back.
+        As `insert_cracks` gives it, of hexahedra or tetrahedra; x and y as in 2D, z from -thickness/2 to
+        thickness/2. The point sets of `outline` run through the thickness; `back` and `front` are the faces at the smallest
+        and the largest z, and `pin` is one node: a corner of the back.
 
     Raises
     ------
     MeshError
         As `mesh_polygon`; for hexahedra of second order, or too many layers.
     """
-    solid, crack, slit = _uncut(body, sizes, thickness, conforming=True)
-    return mirror_cracks(solid, crack) if body.half else insert_cracks(solid, crack, slit)
+    solid, crack, slit = _uncut(outline, sizes, thickness, conforming=True)
+    return mirror_cracks(solid, crack) if outline.half else insert_cracks(solid, crack, slit)
 
 
-def mesh_prism_body(body: Outline, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
-    """A body of some thickness without its crack: the extrusion of what `mesh_body` gives; sets as in `mesh_prism`."""
-    solid, _, slit = _uncut(body, sizes, thickness, conforming=False)
+def mesh_prism_body(outline: Outline, sizes: MeshSizes, thickness: float) -> meshio.Mesh:
+    """Mesh a body of some thickness without its crack: the extrusion of what `mesh_body` gives; sets as in `mesh_prism`."""
+    solid, _, slit = _uncut(outline, sizes, thickness, conforming=False)
     return cut_slits(solid, slit)
 
 
-def mesh_prism_band(body: Outline, sizes: MeshSizes, width: float, thickness: float) -> meshio.Mesh:
-    """A body of some thickness with a crack band: the extrusion of what `mesh_band` gives.
+def mesh_prism_band(outline: Outline, sizes: MeshSizes, width: float, thickness: float) -> meshio.Mesh:
+    """Mesh a body of some thickness with a crack band: the extrusion of what `mesh_band` gives.
 
     Returns
     -------
     meshio.Mesh
-        Hexahedra; those that stand for a triangle of the plane mesh have two pairs of equal nodes, which makes them prisms.
+        Hexahedra; those over a triangle of the 2D mesh have two pairs of equal nodes, which makes them prisms.
         The band is the last block, each cell [a-, b-, c-, d-, a+, b+, c+, d+] with the minus face first, the normal
         (b - a) x (c - a) across the band, layer after layer in the order of the path. Sets as those of `mesh_band` and
         `mesh_prism`.
@@ -62,10 +60,10 @@ def mesh_prism_band(body: Outline, sizes: MeshSizes, width: float, thickness: fl
     Raises
     ------
     MeshError
-        As `mesh_band`; for second order, or too many layers.
+        As `mesh_band`; for elements of second order, or too many layers.
     """
     check_band_order(sizes)
-    flat = mesh_band(body, replace(sizes, layers=None), width)
+    flat = mesh_band(outline, replace(sizes, layers=None), width)
     return extrude(flat, _levels(flat, sizes, thickness))
 
 
@@ -73,12 +71,13 @@ def check_band_order(sizes: MeshSizes) -> None:
     """Refuse a crack band of second order; MeshError."""
     if sizes.order == 2:
         raise MeshError(
-            "mesh.order = 2: the elements of a crack band in three dimensions are hexahedra of first order; expected 1"
+            "mesh.order = 2: the elements of a crack band in three dimensions are hexahedra of first order; expected 1",
+            "mesh.order",
         )
 
 
 def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshio.Mesh:
-    """A solid mesh of the layers between levels, from a plane mesh of triangles and quadrilaterals.
+    """A 3D mesh of the layers between levels, from a 2D mesh of triangles and quadrilaterals.
 
     Parameters
     ----------
@@ -91,7 +90,7 @@ def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshi
     Returns
     -------
     meshio.Mesh
-        The blocks of `mesh` in their order. Node i of level k has the number k m + i, where the plane mesh has m nodes.
+        The blocks of `mesh` in their order. Node i of level k has the number k m + i, if the 2D mesh has m nodes.
         A quadrilateral [a, b, c, d] between levels 0 and 1 becomes [a1, b1, b0, a0, d1, c1, c0, d0]: of a crack or a band
         [a-, b-, b+, a+] the minus face, then the plus face. Sets and `point_data["original"]` are extruded too; see
         `mesh_prism` for those that are new.
@@ -121,17 +120,19 @@ def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshi
     return solid
 
 
-def _uncut(body: Outline, sizes: MeshSizes, thickness: float, conforming: bool) -> tuple[meshio.Mesh, Index, Index]:
-    """The uncut solid mesh, and the faces of crack and slits."""
+def _uncut(outline: Outline, sizes: MeshSizes, thickness: float, conforming: bool) -> tuple[meshio.Mesh, Index, Index]:
+    """The uncut 3D mesh, and the faces of crack and slits."""
     tetrahedra = sizes.shape == "triangle"
     if not tetrahedra and sizes.order == 2:
-        raise MeshError("mesh.order = 2: hexahedra are of first order; expected 1, or mesh.shape = 'triangle' for tetrahedra")
-    flat = mesh_face(body, replace(sizes, order=1, layers=None), conforming)
+        raise MeshError(
+            "mesh.order = 2: hexahedra are of first order; expected 1, or mesh.shape = 'triangle' for tetrahedra", "mesh.order"
+        )
+    flat = mesh_face(outline, replace(sizes, order=1, layers=None), conforming)
     levels = _levels(flat, sizes, thickness)
     solid = extrude(flat, levels, tetrahedra)
     crack, slit = (
         _lines_swept(edges_on_path(flat, name, lines), len(flat.points), len(levels) - 1, tetrahedra)
-        for name, lines in (("crack", body.crack if conforming else ()), ("notch", body.slits))
+        for name, lines in (("crack", outline.crack if conforming else ()), ("notch", outline.slits))
     )
     return (with_mid_nodes(solid) if sizes.order == 2 else solid), crack, slit
 
@@ -143,7 +144,8 @@ def _levels(flat: meshio.Mesh, sizes: MeshSizes, thickness: float) -> Array:
     if layers * in_layer > _MOST_IN_ALL:
         raise MeshError(
             f"mesh.layers = {layers}: {in_layer * layers:.2g} elements in the body, {in_layer} in each layer; expected at "
-            f"most {int(_MOST_IN_ALL / in_layer)}, or larger elements"
+            f"most {int(_MOST_IN_ALL / in_layer)}, or larger elements",
+            "mesh.layers",
         )
     return np.linspace(-thickness / 2, thickness / 2, layers + 1)
 
@@ -156,20 +158,20 @@ def _prisms_split(cells: Index, m: int, n: int) -> Index:
     """
     order = np.argsort(cells, axis=1)
     v = np.take_along_axis(cells, order, axis=1)
-    is_turned = (order[:, 1] - order[:, 0]) % 3 == 2  # an odd permutation
+    is_odd = (order[:, 1] - order[:, 0]) % 3 == 2  # permutation
     layers = []
     for k in range(n):
         low, high = (v + k * m, v + (k + 1) * m)[:: 1 if k % 2 == 0 else -1]
         (a, b, c), (A, B, C) = low.T, high.T
         tetrahedra = np.stack([np.stack(t, axis=1) for t in ((a, b, c, C), (a, b, C, B), (a, A, B, C))])
-        flip = is_turned ^ (k % 2 == 1)
-        tetrahedra[:, flip] = tetrahedra[:, flip][..., [0, 1, 3, 2]]
+        inverted = is_odd ^ (k % 2 == 1)
+        tetrahedra[:, inverted] = tetrahedra[:, inverted][..., list(CELLS["tetra"].flip)]
         layers.append(tetrahedra.reshape(-1, 4))
     return np.concatenate(layers)
 
 
 def _lines_swept(lines: Index, m: int, n: int, tetrahedra: bool) -> Index:
-    """Faces over plane edges: their normal points to the left of the edge. Divided as the prisms are, if `tetrahedra`."""
+    """Faces over 2D edges; the normal points to the left of the edge. Divided as the prisms are, if `tetrahedra`."""
     a, b = lines.T
     faces = []
     for k in range(n):
@@ -186,7 +188,8 @@ def _lines_swept(lines: Index, m: int, n: int, tetrahedra: bool) -> Index:
 def with_mid_nodes(mesh: meshio.Mesh) -> meshio.Mesh:
     """A tetra mesh as tetra10, straight-sided; a mid node joins the point sets that hold both ends of its edge."""
     cells = [block.data.astype(np.int64) for block in mesh.cells]
-    rows = np.sort(np.concatenate([block[:, _TETRA_EDGES].reshape(-1, 2) for block in cells]), axis=1)
+    ends = np.array(CELLS["tetra"].edges)
+    rows = np.sort(np.concatenate([block[:, ends].reshape(-1, 2) for block in cells]), axis=1)
     edges, number = np.unique(rows, axis=0, return_inverse=True)
     mids = np.split(len(mesh.points) + number.reshape(-1, 6), np.cumsum([len(block) for block in cells])[:-1])
     sets = {}

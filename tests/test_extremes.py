@@ -65,7 +65,7 @@ def test_another_exception_is_passed_on(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_mended_contact(tmp_path: Path) -> None:
-    numbers = mended_contact.main(size=5.0, plot=tmp_path / "mended.png")
+    numbers = mended_contact.main(size=8.0, plot=tmp_path / "mended.png")
     for width in mended_contact.WIDTHS:
         assert numbers[f"potential, w = {width:g}: stiffness"] < 1.0 < numbers[f"printed, w = {width:g}: stiffness"]
         # the inelastic opening is that of the asperities, whatever the width; 1 % is what damage's own stiffness adds

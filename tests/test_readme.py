@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cohesive import Scene
-from cohesive.commands.cli import main
-from cohesive.results.columns import COLUMNS
+from cohesive.commands.command_line import main
+from cohesive.solver.columns import COLUMN_NAMES as COLUMNS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

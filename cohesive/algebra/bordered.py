@@ -16,20 +16,23 @@ from scipy.linalg import lapack
 from ..arrays import Array, Index
 from ..errors import NotConverged
 
+#: rows, columns and values; entries at one position add up
 Entries = tuple[Index, Index, Array]
 
+#: (n, k) matrix of the motions that are allowed; None: all
 Free: TypeAlias = sp.csr_array | None
 
+#: the solution from a right-hand side, (n,) each
 Solve: TypeAlias = Callable[[Array], Array]
 
-#: residual of a step that an older factorization gave, relative to its forces: Newton's method still gains six digits
+#: residual of a step by a reused factorization, relative to its forces: Newton's method still gains six digits
 _INEXACT = 1e-6
 
-#: below so many iterations of GMRES the factorization is cheap
-_FEWEST = 8
+#: if a factorization is worth fewer iterations of GMRES, it is cheap
+FEWEST = 8
 
-#: of a dense matrix the rows for each of these iterations, at its half
-_DENSE_WORTH = 130
+#: rows of a dense matrix whose factorization is worth one more iteration
+DENSE_WORTH = 130
 
 
 class Stiffness(Protocol):
@@ -45,12 +48,24 @@ class Stiffness(Protocol):
     def solve(
         self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
     ) -> Array:
-        """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last], within v = free @ y if given."""
+        """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last], within v = free @ y if `free` is given.
+
+        Raises
+        ------
+        NotConverged
+            If the system is singular.
+        """
 
 
 @dataclass
-class _Older:
-    """A factorization of an earlier iteration."""
+class _Reused:
+    """The factorization of an earlier iteration.
+
+    Attributes
+    ----------
+    size : of its system
+    made : how many factorizations there have been
+    """
 
     size: int = 0
     solve: Solve | None = None
@@ -61,12 +76,12 @@ class _Older:
 class _Bordered(ABC):
     """A stiffness whose last factorization serves as a preconditioner for as long as that is cheaper than another one.
 
-    From one iteration to the next the tangent changes where damage grows or faces meet, and GMRES takes about as many
-    iterations as there are such places.
+    From one iteration to the next the tangent changes at the points where damage grows or faces meet. GMRES takes about as
+    many iterations as there are such points.
     """
 
     matrix: Any
-    _older: _Older = field(default_factory=_Older, compare=False, kw_only=True)
+    _reused: _Reused = field(default_factory=_Reused, compare=False, kw_only=True)
 
     def apply(self, v: Array) -> Array:
         return np.asarray(self.matrix @ v)
@@ -77,8 +92,8 @@ class _Bordered(ABC):
 
     @property
     def factorizations(self) -> int:
-        """How many there have been."""
-        return self._older.made
+        """How many factorizations there have been."""
+        return self._reused.made
 
     @abstractmethod
     def _worth(self) -> int:
@@ -104,7 +119,7 @@ class _Bordered(ABC):
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
 
         x = None
-        if self._older.solve is not None and self._older.size == len(right) and self._worth() >= _FEWEST:
+        if self._reused.solve is not None and self._reused.size == len(right) and self._worth() >= FEWEST:
             tangent = sp.csr_array((crack[2], crack[:2]), shape=(n, n))
 
             def forces(x: Array) -> Array:
@@ -115,20 +130,20 @@ class _Bordered(ABC):
             def bordered(x: Array) -> Array:
                 return np.append(forces(x) - x[-1] * load, row @ x[:-1] + corner * x[-1])
 
-            x = self._iterate(self._older.solve, forces, bordered, right)
+            x = self._iterate(self._reused.solve, forces, bordered, right)
         if x is None:
-            self._older.solve = None  # first, so that there is no need for room for two
-            self._older.size, self._older.solve = len(right), self._factor(crack, load, row, corner, free)
-            self._older.made += 1
-            x = self._older.solve(right)
+            self._reused.solve = None  # first, so that no memory is needed for two
+            self._reused.size, self._reused.solve = len(right), self._factor(crack, load, row, corner, free)
+            self._reused.made += 1
+            x = self._reused.solve(right)
         return x if free is None else np.append(free @ x[:-1], x[-1])
 
-    def _iterate(self, older: Solve, forces: Solve, bordered: Solve, right: Array) -> Array | None:
-        """The solution by means of the older factorization; None where that takes too long."""
+    def _iterate(self, reused: Solve, forces: Solve, bordered: Solve, right: Array) -> Array | None:
+        """The solution by means of the reused factorization; None if that takes too long."""
         n, most = len(right), self._worth()
         # preconditioned from the right, so that the residual is that of the system
-        system = spla.LinearOperator((n, n), lambda y: bordered(older(y)), dtype=float)
-        x = older(right)
+        system = spla.LinearOperator((n, n), lambda y: bordered(reused(y)), dtype=float)
+        x = reused(right)
         for _ in range(3):  # a guess that is far off has large forces, beside which much is small
             left = right - bordered(x)
             enough = _INEXACT * max(float(np.linalg.norm(right[:-1])), float(np.linalg.norm(forces(x))))
@@ -137,7 +152,7 @@ class _Bordered(ABC):
             y, failed = spla.gmres(system, left, rtol=0.0, atol=enough, restart=most, maxiter=1)
             if failed:
                 return None
-            x += older(y)
+            x += reused(y)
         return None
 
 
@@ -148,7 +163,7 @@ class DenseStiffness(_Bordered):
     matrix: Array
 
     def _worth(self) -> int:
-        return len(self.matrix) // _DENSE_WORTH
+        return len(self.matrix) // DENSE_WORTH
 
     def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
         m, n = len(self.matrix), len(load)
@@ -194,14 +209,14 @@ class SparseStiffness(_Bordered):
             factor = spla.splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:
             raise NotConverged("the tangent stiffness is singular") from None
-        place = np.argsort(order)
-        moved = factor.solve(load[order])[place]
+        back = np.argsort(order)
+        moved = factor.solve(load[order])[back]
         slope = float(row @ moved) + corner
         if not slope:
             raise NotConverged("the tangent stiffness is singular: the load does not change what controls it")
 
         def solve(right: Array) -> Array:
-            v = factor.solve(right[:-1][order])[place]
+            v = factor.solve(right[:-1][order])[back]
             change = (right[-1] - row @ v) / slope
             return np.append(v + change * moved, change)
 

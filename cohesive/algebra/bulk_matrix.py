@@ -1,4 +1,4 @@
-"""algebra/bulk_matrix"""
+"""Assembly of the elastic bulk."""
 
 from __future__ import annotations
 

@@ -11,19 +11,20 @@ import scipy.sparse as sp
 
 from ..arrays import Array, Index
 from ..elements.bulk import ElasticBlock
+from ..errors import SceneError
 from .bordered import DenseStiffness, SparseStiffness, Stiffness
 from .condensation import Condensed, EliminationTree
 from .dissection import nested_dissection
 from .unknowns import Unknowns
 
 #: an operation of a sparse factorization takes the time of so many dense ones
-_SPARSE_IS_SLOWER = 10.0
+SPARSE_IS_SLOWER = 10.0
 
 #: bytes of a number in a matrix, and of one in a sparse factor with its row
 _DENSE, _SPARSE = 8.0, 12.0
 
-#: operations of a condensation from which on the choice is always weighed, for the user to know
-_LARGE = 1e11
+#: operations of a condensation from which on the choice is weighed in any case, for the user to know
+LARGE = 1e11
 
 #: part of the machine's memory that matrices may take
 _SHARE = 0.6
@@ -34,16 +35,16 @@ _OPERATIONS_PER_NUMBER = 25.0
 
 @dataclass(frozen=True)
 class Bulk:
-    """What can be reduced.
+    """The body as it is assembled, before the choice.
 
     Attributes
     ----------
-    points : (m, d) array
-    elastic, cracking : the elastic elements, and those of a band
+    points : (m, d) array, of the nodes, mm
+    elastic, cracking : the elastic elements, and those that may crack
     leader : (m,) array, one of the copies of each split node
     unknowns : Unknowns
     operator : (c p, n) matrix, the deformations of the cracks from the unknowns
-    active : numbers of the unknowns that cracks, drives and measures see
+    active : indices of the unknowns that cracks, drives and measures see
     stiffness : (d m, d m) matrix of the bulk for the displacements, N/mm
     """
 
@@ -58,15 +59,37 @@ class Bulk:
 
 
 @dataclass(frozen=True)
-class Condensation:
-    """
+class Recovery:
+    """Displacements of all nodes from the unknowns of Newton's method.
+
     Attributes
     ----------
-    kind : "condensed", "none" or "petsc"
+    transform : (d m, N) matrix, displacements from all unknowns
+    shape : (m, d)
+    condensed : Condensed, which finds the condensed unknowns from the others; None if none are condensed
+    """
+
+    transform: sp.csr_array
+    shape: tuple[int, ...]
+    condensed: Condensed | None = None
+
+    def __call__(self, v: Array) -> Array:
+        """(m, d) displacements, mm."""
+        every = v if self.condensed is None else self.condensed.recover(v)
+        return np.asarray(self.transform @ every).reshape(self.shape)
+
+
+@dataclass(frozen=True)
+class Condensation:
+    """The unknowns of Newton's method, and the way back from them.
+
+    Attributes
+    ----------
+    kind : "condensed", "whole" or "petsc"
     stiffness : Stiffness of the bulk on the unknowns of Newton's method
-    unknowns : their numbers among all
+    unknowns : their indices among all
     recover : displacements of all nodes, (m, d), from these unknowns
-    why : what either kind takes, in words; empty where there was nothing to weigh
+    why : what either kind takes, in words; empty if there was nothing to weigh
     """
 
     kind: str
@@ -81,44 +104,60 @@ def condense(bulk: Bulk, wanted: str) -> Condensation:
 
     Parameters
     ----------
-    wanted : "condensed", "none", or "auto": what takes less work in an iteration, where there is room for it.
+    wanted : "always", "never", or "auto": what takes less work in an iteration, if there is memory for it.
 
     Raises
     ------
     ValueError
-        If the body is not held.
+        If the body is not held; a SceneError if there is nothing to condense that always is to be condensed.
     """
-    if wanted == "none" or not bulk.elastic:
+    if wanted == "always" and not bulk.elastic:
+        raise SceneError(
+            "solver.condensation = 'always': every element may crack, so that there is no elastic bulk to condense; "
+            "expected 'auto' or 'never'",
+            key="solver.condensation",
+        )
+    if wanted == "never" or not bulk.elastic:
         return Whole.from_bulk(bulk).condensed("")
     part = Part.from_bulk(bulk)
-    if wanted == "condensed":
+    if wanted == "always":
         return part.condensed("")
-    room, once = _SHARE * _memory(), part.fronts.cost()[0]
-    is_less_work = part.iteration <= _SPARSE_IS_SLOWER * once  # which the whole takes besides
-    if part.memory < room and is_less_work and once < _LARGE:
+    memory, once = _SHARE * machine_memory(), part.tree.cost()[0]
+    is_less_work = part.iteration <= SPARSE_IS_SLOWER * once  # which the whole takes besides
+    if part.memory < memory and is_less_work and once < LARGE:
         return part.condensed("")
     whole = Whole.from_bulk(bulk)
     why = (
         f"condensed {part.memory / 1e9:.2g} GB, else {whole.memory / 1e9:.2g} GB and "
         f"{_two_digits(whole.iteration / part.iteration)} times the work of a factorization"
     )
-    if part.memory < room:
+    if part.memory < memory:
         return part.condensed(why) if part.iteration <= whole.iteration else whole.condensed(why)
-    if whole.memory < room:
+    if whole.memory < memory:
         return whole.condensed(why)
-    why += ", more than this machine has to spare; 'petsc' shares it out to several"
+    why += ", more than this machine has to spare; solver.condensation = 'petsc' shares it out to several"
     return part.condensed(why) if part.memory <= whole.memory else whole.condensed(why)
 
 
 @dataclass(frozen=True)
 class Part:
-    """The active unknowns alone. `K` and `transform` are in the order of elimination."""
+    """The active unknowns alone.
+
+    Attributes
+    ----------
+    K, transform : stiffness (N/mm, lower triangle) and displacements of the nodes, in the order of elimination
+    tree : of K
+    basis : (s, t) matrix, the unknowns that the tree leaves from t others
+    active : (n,) array, indices of the active ones among these t
+    unknowns : (n,) array, their indices among all
+    shape : of the displacements, (m, d)
+    """
 
     K: sp.csc_array
-    fronts: EliminationTree
+    tree: EliminationTree
     basis: sp.csr_array
     active: Index
-    numbers: Index
+    unknowns: Index
     transform: sp.csr_array
     shape: tuple[int, ...]
 
@@ -134,12 +173,12 @@ class Part:
         group[(basis @ seen != 0) | (np.arange(len(node)) >= len(node) - d * len(faces))] = m
         order, start = _grouped(group)
         K = _lower((transform.T @ bulk.stiffness @ transform).tocsc(), order)
-        stay = order[start[-1] :]
-        columns = np.unique(np.append(basis[stay].indices, bulk.active))
+        left = order[start[-1] :]
+        columns = np.unique(np.append(basis[left].indices, bulk.active))
         return cls(
             K,
             EliminationTree.from_pattern(K, start),
-            basis[stay][:, columns],
+            basis[left][:, columns],
             np.searchsorted(columns, bulk.active),
             bulk.active,
             transform[:, order],
@@ -148,31 +187,35 @@ class Part:
 
     @property
     def iteration(self) -> float:
-        """Operations."""
+        """Operations of a factorization."""
         return 2.0 / 3.0 * float(len(self.active)) ** 3
 
     @property
     def memory(self) -> float:
-        """Bytes: the factor, then what stays and its change of basis, or the stiffness and its factor."""
-        stay, active = self.basis.shape[1], len(self.active)
-        return float(_DENSE * (self.fronts.cost()[1] + max(2.0 * stay**2, stay**2 + 2.0 * active**2)))
+        """Bytes: the factor, then the Schur complement and its change of basis, or the stiffness and its factor."""
+        left, active = self.basis.shape[1], len(self.active)
+        return float(_DENSE * (self.tree.cost()[1] + max(2.0 * left**2, left**2 + 2.0 * active**2)))
 
     def condensed(self, why: str) -> Condensation:
-        condensed = Condensed.eliminate(self.K, self.fronts, self.basis, self.active)
-        transform, shape = self.transform, self.shape  # not the rest, which is not needed any more
-
-        def recover(v: Array) -> Array:
-            return np.asarray(transform @ condensed.recover(v)).reshape(shape)
-
-        return Condensation("condensed", DenseStiffness(condensed.stiffness), self.numbers, recover, why)
+        condensed = Condensed.eliminate(self.K, self.tree, self.basis, self.active)
+        recover = Recovery(self.transform, self.shape, condensed)  # not the rest, which is not needed any more
+        return Condensation("condensed", DenseStiffness(condensed.stiffness), self.unknowns, recover, why)
 
 
 @dataclass(frozen=True)
 class Whole:
-    """All unknowns, in an order that keeps the factors sparse."""
+    """All unknowns.
+
+    Attributes
+    ----------
+    K : stiffness of the bulk, N/mm
+    tree : of the tangent stiffness, in the order `order`, which keeps its factors sparse
+    transform : displacements of the nodes from the unknowns
+    shape : of the displacements, (m, d)
+    """
 
     K: sp.csc_array
-    fronts: EliminationTree
+    tree: EliminationTree
     order: Index
     transform: sp.csr_array
     shape: tuple[int, ...]
@@ -186,27 +229,23 @@ class Whole:
         order, start = _grouped(group)
         K = (unknowns.transform.T @ bulk.stiffness @ unknowns.transform).tocsc()
         sees = abs(bulk.operator)
-        fronts = EliminationTree.from_pattern(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
-        return cls(K, fronts, order, unknowns.transform, bulk.points.shape)
+        tree = EliminationTree.from_pattern(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
+        return cls(K, tree, order, unknowns.transform, bulk.points.shape)
 
     @property
     def iteration(self) -> float:
-        """Operations: twice those of a symmetric factorization, in the time of dense ones."""
-        return 2.0 * _SPARSE_IS_SLOWER * self.fronts.cost()[0]
+        """Operations of a factorization, twice those of a symmetric one, in the time of dense ones."""
+        return 2.0 * SPARSE_IS_SLOWER * self.tree.cost()[0]
 
     @property
     def memory(self) -> float:
         """Bytes of both triangular factors."""
-        return 2.0 * _SPARSE * self.fronts.cost()[1]
+        return 2.0 * _SPARSE * self.tree.cost()[1]
 
     def condensed(self, why: str) -> Condensation:
-        operations, numbers = self.fronts.cost()
+        operations, numbers = self.tree.cost()
         stiffness = SparseStiffness(self.K, self.order, int(operations / numbers / _OPERATIONS_PER_NUMBER))
-
-        def recover(v: Array) -> Array:
-            return np.asarray(self.transform @ v).reshape(self.shape)
-
-        return Condensation("none", stiffness, np.arange(len(self.order)), recover, why)
+        return Condensation("whole", stiffness, np.arange(len(self.order)), Recovery(self.transform, self.shape), why)
 
 
 def _grouped(group: Index) -> tuple[Index, Index]:
@@ -217,9 +256,9 @@ def _grouped(group: Index) -> tuple[Index, Index]:
 
 def _lower(K: sp.csc_array, order: Index) -> sp.csc_array:
     """Lower triangle of a matrix in another order."""
-    place = np.empty(len(order), dtype=np.int32)
-    place[order] = np.arange(len(order))
-    rows, columns = place[K.indices], place[np.repeat(np.arange(K.shape[1]), np.diff(K.indptr))]
+    position = np.empty(len(order), dtype=np.int32)
+    position[order] = np.arange(len(order))
+    rows, columns = position[K.indices], position[np.repeat(np.arange(K.shape[1]), np.diff(K.indptr))]
     lower = rows >= columns
     return sp.coo_array((K.data[lower], (rows[lower], columns[lower])), shape=K.shape).tocsc()
 
@@ -229,8 +268,8 @@ def _two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def _memory() -> float:
-    """Of the machine, bytes; without limit where that is not known."""
+def machine_memory() -> float:
+    """Memory of the machine, bytes; without limit if that is not known."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):

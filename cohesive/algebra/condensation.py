@@ -1,4 +1,4 @@
-"""Exact elimination of the elastic bulk by dense fronts: one factorization gives the stiffness of the active unknowns."""
+"""Static condensation of the elastic bulk, group by group along an elimination tree of dense frontal matrices."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from scipy.linalg import blas, lapack
 
 from ..arrays import Array, Index
 
-#: a pivot this small beside the stiffness it began with is rounding: the body can move without a force
+#: a pivot below this part of the stiffness that it began with is rounding: the body can move without a force
 _SMALLEST_PIVOT = 1e-11
 
 #: rows that are mirrored at once
-_BLOCK = 256
+BLOCK = 256
 
 NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
 
@@ -23,14 +23,14 @@ NOT_HELD = "the body is not held: its stiffness is singular. Expected supports a
 class EliminationTree:
     """What is eliminated with what, found from the pattern of a matrix alone.
 
-    Group by group the unknowns are eliminated; a group and the later unknowns that it is tied to, directly or through what
-    was eliminated before it, form its front, a small dense matrix.
+    The unknowns are eliminated group by group. A group and the later unknowns to which it is coupled, directly or through
+    groups before it, form its frontal matrix, which is small and dense.
 
     Attributes
     ----------
-    start : (g + 1,) array, first unknown of each group, and of those that stay, in the order of elimination
-    borders : for each group the later unknowns of its front, ascending
-    parents : for each group the one that takes up its front: that of its first later unknown; -1: those that stay
+    start : (g + 1,) array, first unknown of each group, and of the ones left, in the order of elimination
+    borders : for each group the later unknowns of its frontal matrix, ascending
+    parents : for each group the one that takes up its Schur complement: that of its first later unknown; -1: the ones left
     """
 
     start: Index
@@ -39,7 +39,7 @@ class EliminationTree:
 
     @classmethod
     def from_pattern(cls, A: sp.csc_array, start: Index) -> EliminationTree:
-        """From a symmetric matrix in the order of elimination."""
+        """From a symmetric matrix in the order of elimination, of which the lower triangle counts."""
         group = np.repeat(np.arange(len(start) - 1), np.diff(start))
         borders: list[Index] = []
         parents: list[int] = []
@@ -56,7 +56,7 @@ class EliminationTree:
         return cls(start, borders, parents)
 
     def cost(self) -> tuple[float, float]:
-        """Floating-point operations of the elimination, and numbers to keep for the way back."""
+        """Floating-point operations of the elimination, and how many numbers the factor has."""
         k, m = np.diff(self.start).astype(float), np.array([len(border) for border in self.borders], dtype=float)
         return float((k**3 / 3 + k**2 * m + k * m**2).sum()), float((k**2 + k * m).sum())
 
@@ -70,8 +70,13 @@ class _Eliminated:
 
     @classmethod
     def from_front(cls, own: Array, below: Array, rest: Array) -> tuple[_Eliminated, Array]:
-        """Eliminate the first unknowns of a front [[own, .], [below, rest]], of which the lower triangle counts; the matrices
-        are used up.
+        """Eliminate the first unknowns of a frontal matrix [[own, .], [below, rest]], of which the lower triangle counts; the
+        three blocks are overwritten.
+
+        Returns
+        -------
+        rows : _Eliminated
+        complement : lower triangle of the Schur complement
 
         Raises
         ------
@@ -88,7 +93,7 @@ class _Eliminated:
         return cls(pivots, below), rest
 
     def solve(self, later: Array) -> Array:
-        """The eliminated unknowns from the later ones, no force acting on them."""
+        """The eliminated unknowns from the later ones, if no force acts on them."""
         forces = -(later @ self.below)
         return np.asarray(blas.dtrsv(self.pivots, forces, lower=1, trans=1)) if len(forces) else forces
 
@@ -103,7 +108,7 @@ class Condensed:
     """
 
     stiffness: Array
-    _fronts: EliminationTree
+    _tree: EliminationTree
     _eliminated: list[_Eliminated]
     _last: _Eliminated
     _basis: sp.csr_array
@@ -111,25 +116,25 @@ class Condensed:
     _active: Index
 
     @classmethod
-    def eliminate(cls, K: sp.csc_array, fronts: EliminationTree, basis: sp.csr_array, active: Index) -> Condensed:
-        """Eliminate all groups, express what stays in other unknowns, and of these eliminate all but `active`.
+    def eliminate(cls, K: sp.csc_array, tree: EliminationTree, basis: sp.csr_array, active: Index) -> Condensed:
+        """Eliminate all groups, express the unknowns left by others, and eliminate all of these but `active`.
 
         Parameters
         ----------
         K : (N, N) sparse symmetric matrix in the order of elimination, lower triangle, N/mm; positive definite on what is
             eliminated.
-        fronts : of K
-        basis : (s, t) matrix, the s unknowns that stay from t others.
-        active : (n,) array, numbers among these t.
+        tree : of K
+        basis : (s, t) matrix, the s unknowns left from t others.
+        active : (n,) array, indices among these t.
 
         Raises
         ------
         ValueError
-            If the passive part is singular: the body is not supported.
+            If the passive part is singular: the body is not held.
         """
-        eliminated, stays = _eliminate(K, fronts)
-        half = np.asarray(basis.T @ _symmetric(stays).T)  # row by row, else the product would copy it
-        del stays
+        eliminated, complement = _eliminate(K, tree)
+        half = np.asarray(basis.T @ _symmetric(complement).T)  # row by row, else the product would copy it
+        del complement
         half = np.ascontiguousarray(half.T)
         whole = np.asarray(basis.T @ half)
         del half
@@ -137,56 +142,67 @@ class Condensed:
         blocks = [np.asfortranarray(whole[np.ix_(i, j)]) for i, j in ((passive, passive), (active, passive), (active, active))]
         del whole
         last, stiffness = _Eliminated.from_front(*blocks)
-        return cls(_symmetric(stiffness), fronts, eliminated, last, basis, passive, active)
+        return cls(_symmetric(stiffness), tree, eliminated, last, basis, passive, active)
 
     def recover(self, v: Array) -> Array:
-        """All N unknowns in the order of elimination from the active ones (n,), no force acting on the others."""
+        """All N unknowns in the order of elimination from the active ones (n,), if no force acts on the others."""
         others = np.empty(self._basis.shape[1])
         others[self._active], others[self._passive] = v, self._last.solve(v)
-        start = self._fronts.start
+        start = self._tree.start
         result = np.append(np.empty(start[-1]), self._basis @ others)
         for g in range(len(self._eliminated) - 1, -1, -1):
-            result[start[g] : start[g + 1]] = self._eliminated[g].solve(result[self._fronts.borders[g]])
+            result[start[g] : start[g + 1]] = self._eliminated[g].solve(result[self._tree.borders[g]])
         return result
 
 
-def _eliminate(K: sp.csc_array, fronts: EliminationTree) -> tuple[list[_Eliminated], Array]:
-    """Eliminate group by group; and the lower triangle of what stays."""
-    first = int(fronts.start[-1])
-    stays = K[first:, first:].toarray(order="F")
-    waiting: list[list[tuple[Index, Array]]] = [[] for _ in fronts.borders]
+#: unknowns of a Schur complement, and its lower triangle
+_Update = tuple[Index, Array]
+
+
+def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], Array]:
+    """Eliminate group by group; the rows of the factor, and the lower triangle of the Schur complement of all groups."""
+    first = int(tree.start[-1])
+    complement = K[first:, first:].toarray(order="F")
+    waiting: list[list[_Update]] = [[] for _ in tree.borders]
     eliminated = []
-    for g, (border, parent) in enumerate(zip(fronts.borders, fronts.parents, strict=True)):
-        a, b = int(fronts.start[g]), int(fronts.start[g + 1])
-        own = np.zeros((b - a, b - a), order="F")
-        below = np.zeros((len(border), b - a), order="F")
-        rest = np.zeros((len(border), len(border)), order="F")
-        entries = slice(K.indptr[a], K.indptr[b])
-        rows, values = K.indices[entries], K.data[entries]
-        columns = np.repeat(np.arange(b - a), np.diff(K.indptr[a : b + 1]))
-        inner = rows < b
-        own[rows[inner] - a, columns[inner]] = values[inner]
-        below[np.searchsorted(border, rows[~inner]), columns[~inner]] = values[~inner]
-        for unknowns, part in waiting[g]:
-            cut = int(np.searchsorted(unknowns, b))
-            at, beyond = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
-            own[at[:, None], at] += part[:cut, :cut]
-            below[beyond[:, None], at] += part[cut:, :cut]
-            rest[beyond[:, None], beyond] += part[cut:, cut:]
+    for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
+        frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g])
         waiting[g] = []
-        done, rest = _Eliminated.from_front(own, below, rest)
+        done, rest = _Eliminated.from_front(*frontal)
+        del frontal
         eliminated.append(done)
         if parent >= 0:
             waiting[parent].append((border, rest))
         elif len(border):
-            stays[(border - first)[:, None], border - first] += rest
-    return eliminated, stays
+            complement[(border - first)[:, None], border - first] += rest
+    return eliminated, complement
+
+
+def _frontal(K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update]) -> tuple[Array, Array, Array]:
+    """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K and the Schur
+    complements of earlier groups."""
+    own = np.zeros((b - a, b - a), order="F")
+    below = np.zeros((len(border), b - a), order="F")
+    rest = np.zeros((len(border), len(border)), order="F")
+    entries = slice(K.indptr[a], K.indptr[b])
+    rows, values = K.indices[entries], K.data[entries]
+    columns = np.repeat(np.arange(b - a), np.diff(K.indptr[a : b + 1]))
+    inner = rows < b
+    own[rows[inner] - a, columns[inner]] = values[inner]
+    below[np.searchsorted(border, rows[~inner]), columns[~inner]] = values[~inner]
+    for unknowns, part in updates:
+        cut = int(np.searchsorted(unknowns, b))
+        at, beyond = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
+        own[at[:, None], at] += part[:cut, :cut]
+        below[beyond[:, None], at] += part[cut:, :cut]
+        rest[beyond[:, None], beyond] += part[cut:, cut:]
+    return own, below, rest
 
 
 def _symmetric(lower: Array) -> Array:
-    """A matrix from its lower triangle, in its place: a copy may find no room."""
-    for a in range(0, len(lower), _BLOCK):
-        b = a + _BLOCK
+    """A matrix from its lower triangle, in its place: there may be no memory for a copy."""
+    for a in range(0, len(lower), BLOCK):
+        b = a + BLOCK
         own = np.tril(lower[a:b, a:b])
         lower[a:b, a:b] = own + np.tril(own, -1).T
         lower[a:b, b:] = lower[b:, a:b].T

@@ -1,9 +1,4 @@
-"""Index maps and sparse assembly: from the displacements of mesh nodes to the unknowns of the solver.
-
-The copies of a split node move by their mean and their jumps. Tractions depend on jumps only, so the means
-are as passive as the rest of the bulk. Supports and drives act on the mean; on a driven or supported face
-they hold the jumps too, on a single loaded point they leave them free, so that both faces carry the load.
-"""
+"""From the unknowns to the deformations of the points with cracks, and from their stresses back to forces."""
 
 from __future__ import annotations
 
@@ -19,15 +14,15 @@ from ..arrays import Array, Index
 class CrackOperator:
     """Deformations and forces at all points with cracks, on the few unknowns that each one sees.
 
-    The deformation is the jump of an interface, with a traction as its stress, or the strain of a band; c is 2 or 3 in
-    the plane, 3 or 6 in space.
+    The deformation is the jump of an interface, with a traction as its stress, or the strain of a band; c is 2 or 3
+    in 2D, 3 or 6 in 3D.
 
     Attributes
     ----------
-    index : (p, k) array, unknowns; a point that sees fewer than k repeats one, with zero in `matrix`.
+    index : (p, k) array, unknowns that a point sees; one that sees fewer than k repeats one, with zero in `matrix`.
     matrix : (p, c, k) array, deformation = matrix @ v[index].
     weights : (p,) array, mm^2 of an interface, mm^3 of a band.
-    where : (p, d) array, mm, for messages.
+    where : (p, d) array, coordinates in mm, for messages.
     size : number of unknowns.
     """
 
@@ -45,12 +40,12 @@ class CrackOperator:
         c = operator.shape[0] // p
         pairs, inverse = np.unique((entries.row // c).astype(np.int64) * n + entries.col, return_inverse=True)
         point, column = pairs // n, pairs % n
-        place = np.arange(len(pairs)) - np.searchsorted(point, point)
-        k = int(place.max()) + 1 if len(place) else 1
+        slot = np.arange(len(pairs)) - np.searchsorted(point, point)
+        k = int(slot.max()) + 1 if len(slot) else 1
         index = np.zeros((p, k), dtype=np.int64)
-        index[point, place] = column
+        index[point, slot] = column
         matrix = np.zeros((p, c, k))
-        matrix[entries.row // c, entries.row % c, place[inverse]] = entries.data
+        matrix[entries.row // c, entries.row % c, slot[inverse]] = entries.data
         return cls(index, matrix, weights, where, n)
 
     def deformation(self, v: Array) -> Array:
@@ -63,7 +58,7 @@ class CrackOperator:
         return np.bincount(self.index.ravel(), local.ravel(), self.size).astype(float)
 
     def stiffness(self, tangent: Array) -> tuple[Index, Index, Array]:
-        """Rows, columns and values of the tangent stiffness (entries at one place add up)."""
+        """Rows, columns and values of the tangent stiffness; entries at one position add up."""
         weighted = self.weights[:, None, None] * tangent
         local = self.matrix.transpose(0, 2, 1) @ weighted @ self.matrix
         rows = np.broadcast_to(self.index[:, :, None], local.shape)

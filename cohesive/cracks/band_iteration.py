@@ -1,19 +1,20 @@
-"""cracks/band_iteration"""
+"""The local iteration of a crack band, Box 1 of the paper: the strains of the crack planes of a point, see `band_points`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..elements.rotations import stress_transformation
-
-if TYPE_CHECKING:
-    from .band_points import CrackBand, CrackPlanes
+from ..law.crack_plane import CrackPlane
+from .crack_planes import CrackPlanes
 
 MAX_ITERATIONS = 15  # of Box 1
+
+#: allowed stress error (41), as a part of ft; the paper takes 1e-6
+TOL = 1e-11
 
 #: singular values of M below this part of the largest one are taken as 0
 CUT_OFF = 1e-10
@@ -28,29 +29,41 @@ _LENGTHS = 0.5 ** np.arange(1, 8)
 
 
 class Group:
-    """The points with the same number m of crack planes, and their local iteration."""
+    """The points with the same number m of crack planes, and their local iteration.
 
-    def __init__(self, band: CrackBand, cracks: CrackPlanes, planes: Index, strain: Array) -> None:
-        self.band, self.strain = band, strain
+    Parameters
+    ----------
+    plane : CrackPlane, of any width; each crack takes l_ch for its own.
+    D : (k, k) array, MPa, elasticity.
+    compliance : (d,) array, 1/MPa, diagonal of C.
+    cracks : CrackPlanes of all points, as committed.
+    planes : (g, m) array, their numbers in that list, a row for each of the g points.
+    strain : (g, k) array, to which the points are led.
+    """
+
+    def __init__(
+        self, plane: CrackPlane, D: Array, compliance: Array, cracks: CrackPlanes, planes: Index, strain: Array
+    ) -> None:
+        self.plane, self.D, self.strain = plane, D, strain
         g, m = planes.shape
         flat = planes.ravel()
         d = cracks.strain.shape[1]
         self.shape = (g, m, d)
         self.length = cracks.length[flat]
         self.N = stress_transformation(cracks.rotation[flat]).reshape(g, m * d, -1)
-        self.ND = self.N @ band.D
+        self.ND = self.N @ D
         self.P = self.ND @ self.N.transpose(0, 2, 1)
-        self.C = np.tile(band.compliance, m)
+        self.C = np.tile(compliance, m)
         self.Z0 = cracks.Z[flat]
         self.e0 = cracks.strain[planes].reshape(g, m * d)
-        self.scale = band.tol * band.concrete.ft
+        self.scale = TOL * plane.concrete.ft
         self.e = self.e0.copy()  # what `solve` finds
 
     def _at(self, e: Array, strain: Array, rows: Index, frozen: bool = False) -> tuple[Array, Array, Array, Array, Array]:
         """Stress error (41), T, tractions, history and stress of some points of the group."""
         _, m, d = self.shape
         flat = (rows[:, None] * m + np.arange(m)).ravel()
-        law = self.band.plane.with_width(self.length[flat])
+        law = self.plane.with_width(self.length[flat])
         jump = e.reshape(-1, d) * self.length[flat, None]
         traction, tangent, Z = law.update(jump, self.Z0[flat], frozen)
         tangent *= self.length[flat, None, None]
@@ -59,7 +72,7 @@ class Group:
         for i in range(m):
             T[:, i * d : (i + 1) * d, i * d : (i + 1) * d] = tangent.reshape(len(rows), m, d, d)[:, i]
         fracture = e - self.C * s
-        stress = (strain - np.einsum("gak,ga->gk", self.N[rows], fracture)) @ self.band.D.T
+        stress = (strain - np.einsum("gak,ga->gk", self.N[rows], fracture)) @ self.D.T
         return np.einsum("gak,gk->ga", self.N[rows], stress) - s, T, s, Z, stress
 
     def _matrix(self, T: Array, rows: Index) -> Array:
@@ -70,7 +83,7 @@ class Group:
         """Local iteration of Box 1 with a line search; the history stays what it was. Local strains, and whether they
         solve their point on the branch that begins elastic."""
         e = e.copy()
-        floor = 8 * np.finfo(float).eps * float(abs(self.band.D).max())
+        floor = 8 * np.finfo(float).eps * float(abs(self.D).max())
         error, T, *_ = self._at(e, strain, rows, frozen)
         for _ in range(MAX_ITERATIONS):
             done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
@@ -82,7 +95,7 @@ class Group:
             start, norm = e[left], np.linalg.norm(error[left], axis=1)
             e[left] += step
             error[left], T[left], *_ = self._at(e[left], strain[left], at)
-            # where the full step raises the error the first shorter one is taken that does not, else the full one
+            # if the full step raises the error the first shorter one is taken that does not, else the full one
             rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm))
             for length in _LENGTHS:
                 if not rising.size:
@@ -129,7 +142,7 @@ class Group:
         _, T, s, Z, stress = self._at(self.e, self.strain, rows, frozen)
         slope = _least_norm(self._matrix(T, rows), self.ND)
         release = self.N.transpose(0, 2, 1) @ (slope - self.C[:, None] * (T @ slope))
-        tangent = self.band.D - self.band.D @ release
+        tangent = self.D - self.D @ release
         return stress, tangent, s.reshape(g, m, d), Z.reshape(g, m), slope.reshape(g, m, d, -1)
 
 
@@ -144,7 +157,7 @@ def groups(point: Index) -> Iterator[tuple[Index, Index]]:
 
 
 def _least_norm(M: Array, right: Array) -> Array:
-    """Solutions of M x = right, (n, a, b), of minimum norm where M is singular."""
+    """Solutions of M x = right, (n, a, b), of minimum norm if M is singular."""
     if M.shape[1] <= 3:  # a single plane: regular but at a fold
         try:
             return np.asarray(np.linalg.solve(M, right))

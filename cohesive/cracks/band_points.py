@@ -20,48 +20,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array
 from ..elements.chords import longest_chord
 from ..elements.rotations import rotations, stress_tensor, stress_transformation
 from ..errors import PointFailure
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
 from .band_iteration import Group, groups
+from .crack_planes import CrackPlanes
 
 #: planes due whose excess over ft is at least this part of the largest excess are formed together
 _WORST = 0.5
 
-#: a plane is laid along the path where its normal stress is the major principal one but for this part
-_ALIGNED = 0.05
-
-
-@dataclass(frozen=True)
-class CrackPlanes:
-    """The crack planes of all points in one list.
-
-    Attributes
-    ----------
-    point : (c,) array, the point of each plane.
-    rotation : (c, d, d) array, rows normal and tangents.
-    length : (c,) array, l_ch, mm.
-    strain : (c, d) array, e.
-    traction : (c, d) array, MPa.
-    Z : (c,) array, mm.
-    slope : (c, d, k) array, de / deps.
-    """
-
-    point: Index
-    rotation: Array
-    length: Array
-    strain: Array
-    traction: Array
-    Z: Array
-    slope: Array
-
-    @property
-    def jump(self) -> Array:
-        """Jump that the plane stands for, (c, d), mm."""
-        return self.length[:, None] * self.strain
+#: a plane is laid along the path if its normal stress is the major principal one but for this part
+ALIGNED = 0.05
 
 
 @dataclass(frozen=True)
@@ -84,9 +56,8 @@ class CrackBand:
     corners : (p, m, d) array, mm, corners of the element of each point, see `longest_chord`.
     max_cracks : planes per point.
     threshold_angle : least angle between the normals of two planes of a point, degrees.
-    tol : on the local stress error, relative to ft.
     path_normal : (p, d) array, or None. Ahead of a crack the principal stresses are close, their difference on the
-        axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. Where the normal of
+        axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. If the normal of
         the path is a principal direction within 5 % of the major stress, the plane takes it.
     """
 
@@ -95,7 +66,6 @@ class CrackBand:
     corners: Array
     max_cracks: int = 3
     threshold_angle: float = 60.0
-    tol: float = 1e-11
     path_normal: Array | None = None
     quantity = "strain"
 
@@ -131,12 +101,12 @@ class CrackBand:
         ----------
         deformation : (p, k) array, strain.
         start : BandState, the last converged one; it is not changed, and no iterate raises its history.
-        frozen : tangent of the unloading branch, where a plane has two.
+        frozen : tangent of the unloading branch, if a plane has two.
 
         Raises
         ------
         PointFailure
-            Where the planes of a point have no solution that continues the committed one.
+            If the planes of a point have no solution that continues the committed one.
         """
         stress = deformation @ self.D.T
         tangent = self.elastic().copy()
@@ -144,7 +114,7 @@ class CrackBand:
         e, traction = cracks.strain.copy(), cracks.traction.copy()
         Z, slope = cracks.Z.copy(), cracks.slope.copy()
         for points, planes in groups(cracks.point):
-            group = Group(self, cracks, planes, deformation[points])
+            group = Group(self.plane, self.D, self.compliance, cracks, planes, deformation[points])
             solved = group.solve(start.deformation[points], frozen)
             failed = np.flatnonzero(~solved)
             if failed.size:
@@ -164,9 +134,9 @@ class CrackBand:
         tensor = stress_tensor(state.stress)
         value, vector = np.linalg.eigh(tensor)
         value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
-        if self.path_normal is not None:  # a candidate before the principal directions, where it is as good as the major
+        if self.path_normal is not None:  # a candidate before the principal directions, if it is as good as the major
             on_path = np.einsum("pi,pij,pj->p", self.path_normal, tensor, self.path_normal)
-            as_major = np.where(on_path >= (1.0 - _ALIGNED) * value[:, 0], value[:, 0], -np.inf)
+            as_major = np.where(on_path >= (1.0 - ALIGNED) * value[:, 0], value[:, 0], -np.inf)
             value = np.concatenate([as_major[:, None], value], axis=1)
             normal = np.concatenate([self.path_normal[:, None], normal], axis=1)
         due = (value > m.ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]
@@ -196,7 +166,8 @@ class CrackBand:
 
     def is_damaging(self, deformation: Array, start: BandState) -> bool:
         state, _ = self.update(deformation, start)
-        return bool((state.planes.Z > start.planes.Z).any()) or self.nucleate(start, state) is not None
+        ended = self.plane.with_width(start.planes.length).has_ended(start.planes.Z)
+        return bool(((state.planes.Z > start.planes.Z) & ~ended).any()) or self.nucleate(start, state) is not None
 
     def is_on_surface(self, state: BandState) -> bool:
         cracks = state.planes
@@ -204,13 +175,13 @@ class CrackBand:
             return False
         law = self.plane.with_width(cracks.length)
         on_surface = law.history(cracks.jump, np.zeros_like(cracks.Z)) >= cracks.Z
-        return bool((on_surface & (cracks.Z > law.Zt)).any())
+        return bool((on_surface & (cracks.Z > law.Zt) & ~law.has_ended(cracks.Z)).any())
 
     def is_separated(self, state: BandState) -> bool:
-        # where every point is cracked beyond 3.5 Zm, see InterfaceLaw
         cracks = state.planes
-        open_ = (cracks.Z > 3.5 * self.concrete.Zm) & (abs(cracks.traction).max(axis=1) < 1e-8 * self.concrete.ft)
-        return len(np.unique(cracks.point[open_])) == len(self.corners)
+        spent = self.plane.with_width(cracks.length).is_spent(cracks.Z)
+        spent &= abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.concrete.ft
+        return len(np.unique(cracks.point[spent])) == len(self.corners)
 
     def energies(self, state: BandState) -> tuple[Array, Array]:
         """Elastic energy of the stress, and what the planes store beyond it: the energy of the undamaged part of

@@ -62,16 +62,15 @@ class InterfaceLaw:
         """The planes are there from the beginning."""
 
     def is_damaging(self, deformation: Array, start: InterfaceState) -> bool:
-        return bool((self.plane.history(deformation, start.Z) > start.Z).any())
+        return bool(((self.plane.history(deformation, start.Z) > start.Z) & ~self.plane.has_ended(start.Z)).any())
 
     def is_on_surface(self, state: InterfaceState) -> bool:
         on_surface = self.plane.history(state.deformation, np.zeros_like(state.Z)) >= state.Z
-        return bool((on_surface & (state.Z > self.plane.Zt)).any())
+        return bool((on_surface & (state.Z > self.plane.Zt) & ~self.plane.has_ended(state.Z)).any())
 
     def is_separated(self, state: InterfaceState) -> bool:
-        # beyond 3.5 Zm the softening branch is below 1e-7 ft: the traction cannot come back by opening
         gone = abs(state.stress).max() < 1e-8 * self.concrete.ft
-        return bool(gone) and bool(state.Z.min() > 3.5 * self.concrete.Zm)
+        return bool(gone) and bool(self.plane.is_spent(state.Z).all())
 
     def energies(self, state: InterfaceState) -> tuple[Array, Array]:
         return np.zeros(self.size), self.plane.stored_energy(state.deformation, state.Z)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from ..arrays import Array
-from ..law.concrete import Concrete
 
 
 class PointLaw(Protocol):
@@ -13,10 +12,6 @@ class PointLaw(Protocol):
 
     Its states hold at least `deformation` and `stress`, (p, c) each; nothing changes them once they are made.
     """
-
-    @property
-    def concrete(self) -> Concrete:
-        """The material."""
 
     @property
     def quantity(self) -> str:
@@ -34,7 +29,7 @@ class PointLaw(Protocol):
 
     def update(self, deformation: Array, start: Any, frozen: bool = False) -> tuple[Any, Array]:
         """State and consistent tangents (p, c, c) reached from the committed state `start`; with `frozen` the
-        unloading tangent where a point has two. PointFailure where a point has no solution."""
+        unloading tangent if a point has two. Raises PointFailure if a point has no solution."""
 
     def nucleate(self, start: Any, state: Any) -> Any | None:
         """`start` with the new crack planes that the equilibrium `state` calls for, or None."""

@@ -52,7 +52,7 @@ class Interface:
     Attributes
     ----------
     jump_operator : (d p, d m) sparse matrix
-        Displacements of the m mesh nodes to local jumps [normal, shear...] at the p points, see `elements.rotations.rotations`.
+        Displacements of the m mesh nodes to local jumps [normal, shear...] at the p points, see `rotations.rotations`.
     weights : (p,) array, mm^2, quadrature weight times thickness.
     points : (p, d) array, mm.
     normals : (p, d) array, unit vectors from minus to plus.

@@ -3,7 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import ParameterError
+from .softening import Softening
+from .softening_branches import Rise, first_branch, opening_of_first_branch, spent, steepest_rise
+from .softening_choice import curve_of, fixes_strength, normalized, strength_and_energy
+
+
+class Derived(float):
+    """A parameter that was not given but follows from others. `dataclasses.replace` hands it on, and it follows again;
+    float(value) makes a given number of it."""
+
+
+def _key(default: Any, meaning: str, unit: str = "", hash: bool | None = None) -> Any:
+    """A field that is a key of [material]. ft, Gf and Zm that are None become numbers in `Concrete`, see `Derived`."""
+    return field(default=default, hash=hash, metadata={"meaning": meaning, "unit": unit})
 
 
 @dataclass(frozen=True)
@@ -16,12 +36,13 @@ class Concrete:
     ----------
     E, nu : Young's modulus (MPa) and Poisson's ratio, 0 <= nu < 0.5.
     ft : uniaxial tensile strength (MPa).
-    Gf : mode I fracture energy (N/mm).
+    Gf : mode I fracture energy (N/mm). ft and Gf follow from `softening` if that is a list of points or an object; they may
+        then be given besides only if they agree.
     h : physical width of the fracture process zone (mm), three times the coarse aggregate.
     m_g : slope of the contact cone.
     r_sigma, mu_sigma : shear intercept over ft and friction factor of the damage surface.
     c, p : decay lengths (in units of Zm) and proportions of the three asperity sizes, eq. (13).
-    c1 : end of softening, Zm = c1 Gf / ft.
+    c1 : gives Zm = c1 Gf / ft. From the softening curve it cancels.
     n_g : nose radius of the contact surface in units of Zm, eq. (10).
     r_z : smoothing length without damage in units of Zm, eq. (18). The print gives 0.018 without a
         unit; read as millimetres (r_z = 0.018 / Zm) contact eats the softening branch.
@@ -31,9 +52,19 @@ class Concrete:
     u_phi0 : opening (mm) below which no contact is lost, eq. (13); it shifts the contact surface,
         apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
-        mode I softening is not disturbed at any width (where u_phi0 <= 0).
-    contact : "printed", or "potential" for the mended form of `asperities`, which creates no energy in cycles at
+        mode I softening is not disturbed at any width (if u_phi0 <= 0).
+    contact : "printed", or "potential" for the mended form of `potential_contact`, which creates no energy in cycles at
         constant damage and never is stiffer than the concrete.
+    shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
+    softening : stress over opening beyond the onset of damage, w = Z - Zt: the name of a registered curve, see
+        `softening.SOFTENING`; {"kink": [x, y]}, two straight branches that meet at the opening x Gf/ft and the stress y ft;
+        {"points": [[w, stress], ...]} in mm and MPa, from w = 0 to a last stress of 0; or an object with the protocol
+        `softening.Softening`. It may rise again if the secant falls, slope (Zt + w) < stress, see `CrackPlane`.
+    Zm : length of the asperities (mm), the paper's u0, which scales everything of the contact and nothing of the curve.
+        Default: c1 Gf / ft; with points or an object c1 min(Gf / ft, w1), where w1 is the opening at which the steepest
+        secant of the first branch reaches zero stress. For the exponential curve w1 is Gf / ft. The tail of a fibre concrete
+        holds most of its energy, and tells nothing of the asperities: with c1 Gf / ft they would be decimetres high. Read
+        back, a Zm that was not given is the number that follows, and follows again after `dataclasses.replace`.
 
     Raises
     ------
@@ -41,69 +72,147 @@ class Concrete:
         Naming the parameter, its value and what was expected.
     """
 
-    E: float
-    nu: float
-    ft: float
-    Gf: float
-    h: float = 60.0
-    m_g: float = 0.425
-    r_sigma: float = 1.25
-    mu_sigma: float = 0.8
-    c: tuple[float, float, float] = (0.01, 0.05, 2.0)
-    p: tuple[float, float, float] = (0.6, 0.3, 0.1)
-    c1: float = 5.0
-    n_g: float = 0.025
-    r_z: float = 0.018
-    c_zn: float = 9.0
-    c_lm: float = 3.0
-    u_phi0: float = 0.0
-    onset_cap: bool = True
-    contact: str = "printed"
+    E: float = _key(MISSING, "Young's modulus", "MPa")
+    nu: float = _key(MISSING, "Poisson's ratio, 0 <= nu < 0.5")
+    ft: float = _key(None, "uniaxial tensile strength; with softening points or an object it follows from them", "MPa")
+    Gf: float = _key(None, "mode I fracture energy; with softening points or an object it follows from them", "N/mm")
+    h: float = _key(60.0, "physical width of the fracture process zone, three times the coarse aggregate", "mm")
+    m_g: float = _key(0.425, "slope of the contact cone, eqs (8) and (9)")
+    r_sigma: float = _key(1.25, "shear intercept of the damage surface over ft")
+    mu_sigma: float = _key(0.8, "friction factor of the damage surface, below r_sigma")
+    c: tuple[float, float, float] = _key((0.01, 0.05, 2.0), "decay lengths of the three asperity sizes, eq. (13)", "Zm")
+    p: tuple[float, float, float] = _key((0.6, 0.3, 0.1), "proportions of the three asperity sizes, with sum 1, eq. (13)")
+    c1: float = _key(5.0, "gives Zm = c1 Gf/ft; it cancels from the softening curve")
+    n_g: float = _key(0.025, "nose radius of the contact surface, eq. (10)", "Zm")
+    r_z: float = _key(0.018, "smoothing length without damage, eq. (18)", "Zm")
+    c_zn: float = _key(9.0, "the smoothing length grows by Z/c_zn with damage, eq. (18)")
+    c_lm: float = _key(3.0, "contact begins so many smoothing lengths before the surface, eq. (19)")
+    u_phi0: float = _key(0.0, "opening below which no contact is lost, eq. (13); it shifts the contact surface", "mm")
+    onset_cap: bool = _key(True, "keep contact away from a crack that is younger than the smoothing length")
+    contact: str = _key("printed", "'printed', or 'potential': contact with an energy, which cycles cannot create")
+    shear_scaling: bool = _key(True, "H_w of eq. (25); without it H of eq. (13) at every width")
+    softening: Any = _key(
+        "exponential",
+        "softening curve: the name of a registered one, {kink = [x, y]} (two branches that meet at the opening x Gf/ft and "
+        "the stress y ft), or {points = [[w, stress], ...]} in mm and MPa",
+        hash=False,
+    )
+    Zm: float = _key(None, "length of the asperities, which scales the contact; default c1 Gf/ft, see Concrete", "mm")
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
             object.__setattr__(self, name, _triple(name, getattr(self, name)))
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name in ("c", "p"):
-                continue
-            if field.name == "onset_cap":
-                if not isinstance(value, bool):
-                    raise ValueError(f"onset_cap = {value!r}: expected true or false")
-                continue
-            if field.name == "contact":
-                if value not in ("printed", "potential"):
-                    raise ValueError(f"contact = {value!r}: expected 'printed' or 'potential'")
+        for name in ("onset_cap", "shear_scaling"):
+            if not isinstance(getattr(self, name), bool):
+                raise ParameterError(f"{name} = {getattr(self, name)!r}: expected true or false", name)
+        if self.contact not in ("printed", "potential"):
+            raise ParameterError(f"contact = {self.contact!r}: expected 'printed' or 'potential'", "contact")
+        if self.contact == "potential" and not self.shear_scaling:
+            raise ParameterError(
+                "shear_scaling = False: contact = 'potential' does not depend on the width; expected True", "shear_scaling"
+            )
+        object.__setattr__(self, "softening", normalized(self.softening))
+        self._follow_curve()
+        for name in (f.name for f in fields(self) if f.type == "float"):
+            value = getattr(self, name)
+            if name == "Zm" and (value is None or isinstance(value, Derived)):
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise ValueError(f"{field.name} = {value!r}: expected a finite number")
-            if field.name in _POSITIVE and not value > 0:
-                raise ValueError(f"{field.name} = {value!r}: expected a number above 0")
+                raise ParameterError(f"{name} = {value!r}: expected a finite number", name)
+            if name in _POSITIVE and not value > 0:
+                raise ParameterError(f"{name} = {value!r}: expected a number above 0", name)
         if not 0 <= self.nu < 0.5:
-            raise ValueError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5")
+            raise ParameterError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5", "nu")
         if self.mu_sigma < 0 or self.mu_sigma >= self.r_sigma:
-            raise ValueError(f"mu_sigma = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}")
+            raise ParameterError(
+                f"mu_sigma = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}", "mu_sigma"
+            )
         if self.r_z < 0:
-            raise ValueError(f"r_z = {self.r_z!r}: expected a number of at least 0")
+            raise ParameterError(f"r_z = {self.r_z!r}: expected a number of at least 0", "r_z")
         if min(self.c) <= 0:
-            raise ValueError(f"c = {list(self.c)}: expected three numbers above 0")
+            raise ParameterError(f"c = {list(self.c)}: expected three numbers above 0", "c")
         if min(self.p) < 0 or abs(sum(self.p) - 1.0) > 1e-9:
-            raise ValueError(f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}")
+            raise ParameterError(
+                f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}", "p"
+            )
+        self._follow_size()
 
     @property
     def G(self) -> float:
         """Shear modulus, MPa."""
         return self.E / (2.0 * (1.0 + self.nu))
 
-    @property
-    def Zm(self) -> float:
-        """Opening at the effective end of softening, mm (also the paper's u0)."""
-        return self.c1 * self.Gf / self.ft
+    def _follow_curve(self) -> None:
+        """ft and Gf of a curve that fixes them."""
+        if not fixes_strength(self.softening):
+            for name in ("ft", "Gf"):
+                value = getattr(self, name)
+                if value is None:
+                    raise ParameterError(
+                        f"{name} is missing: expected a number above 0, or softening = {{points = ...}}", name
+                    )
+                if isinstance(value, Derived):  # from points that have been replaced
+                    object.__setattr__(self, name, float(value))
+            return
+        for name, found in zip(("ft", "Gf"), strength_and_energy(self.softening), strict=True):
+            given = getattr(self, name)
+            is_given = given is not None and not isinstance(given, Derived)
+            if is_given and not (isinstance(given, (int, float)) and abs(given - found) <= _AGREEMENT * found):
+                raise ParameterError(
+                    f"{name} = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}", name
+                )
+            object.__setattr__(self, name, Derived(found))
+
+    def _follow_size(self) -> None:
+        """Zm of the curve, which is made and checked here, if it was not given."""
+        curve = self.curve
+        if self.Zm is not None and not isinstance(self.Zm, Derived):
+            return
+        length = self.c1 * self.Gf / self.ft
+        if fixes_strength(self.softening):
+            w1 = opening_of_first_branch(curve)
+            if not math.isfinite(w1):
+                raise ParameterError(
+                    "Zm is missing: the softening curve rises above its first stress before it falls, which tells nothing of "
+                    "the size of the asperities; expected a length in mm",
+                    "Zm",
+                )
+            length = min(length, self.c1 * w1)
+        object.__setattr__(self, "Zm", Derived(length))
+
+    @cached_property
+    def curve(self) -> Softening:
+        """The softening curve, stress over w = Z - Zt."""
+        return curve_of(self.softening, float(self.ft), float(self.Gf))
+
+    @cached_property
+    def spent(self) -> float:
+        """Opening beyond the onset from which on the curve gives no traction, mm: its end; 17.5 Gf/ft of the exponential one,
+        where its stress is below 1e-7 ft."""
+        return spent(self.curve)
+
+    @cached_property
+    def steepest_rise(self) -> Rise | None:
+        """Where the softening curve rises most steeply against its secant, or None if it never rises."""
+        return steepest_rise(self.curve)
+
+    @cached_property
+    def first_branch_work(self) -> float:
+        """Area under the first branch of the softening curve, N/mm: up to its first kink or minimum, see
+        `softening_branches.first_branch`, else Gf. The elastic energy of a crack plane, ft^2 width/2E, counts against it:
+        a wide plane stretches the curve, and the peak feels it long before Gf does."""
+        return float(self.curve.work(np.array([first_branch(self.curve)]))[0])
 
     @property
     def characteristic_length(self) -> float:
         """E Gf / ft^2, mm."""
         return self.E * self.Gf / self.ft**2
+
+    @property
+    def zone_length(self) -> float:
+        """E times the area of the first branch over ft^2, mm: what the size of the process zone at the peak goes by. The
+        exponential curve has the characteristic length."""
+        return self.E * self.first_branch_work / self.ft**2
 
     @classmethod
     def preset(cls, name: str, **changes: object) -> Concrete:
@@ -114,12 +223,13 @@ class Concrete:
         ValueError
             For a name that is not in `PRESETS` or a parameter out of range.
         """
-        if name not in PRESETS:
-            raise ValueError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}")
-        return cls(**{**PRESETS[name], **changes})  # type: ignore[arg-type]
+        return cls(**with_preset(name, changes))
 
 
-_POSITIVE = ("E", "ft", "Gf", "h", "m_g", "r_sigma", "c1", "n_g", "c_zn", "c_lm")
+_POSITIVE = ("E", "ft", "Gf", "h", "m_g", "r_sigma", "c1", "n_g", "c_zn", "c_lm", "Zm")
+
+#: ft and Gf that are given besides points may differ from theirs by this part
+_AGREEMENT = 1e-6
 
 #: Tables 1 and 3 of the paper: the crack-plane paths and Examples 1 to 4.
 PRESETS: dict[str, dict[str, object]] = {
@@ -134,12 +244,29 @@ PRESETS: dict[str, dict[str, object]] = {
 }  # fmt: skip
 
 
+def with_preset(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a preset with some changed. Of a preset with points or an object for a softening curve, ft and Gf are
+    those of the curve.
+
+    Raises
+    ------
+    ValueError
+        For a name that is not in `PRESETS`, or a softening that is none.
+    """
+    if name not in PRESETS:
+        raise ParameterError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}", "preset")
+    preset = dict(PRESETS[name])
+    if fixes_strength(normalized(changes.get("softening", "exponential"))):
+        del preset["ft"], preset["Gf"]
+    return {**preset, **changes}
+
+
 def _triple(name: str, value: object) -> tuple[float, float, float]:
     """`value` as three finite floats, or a ValueError that names the parameter."""
     try:
         a, b, c = (float(x) for x in value)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r}: expected three numbers") from None
+        raise ParameterError(f"{name} = {value!r}: expected three numbers", name) from None
     if not all(map(math.isfinite, (a, b, c))):
-        raise ValueError(f"{name} = {value!r}: expected three finite numbers")
+        raise ParameterError(f"{name} = {value!r}: expected three finite numbers", name)
     return a, b, c

@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import spence
 
 from ..arrays import Array, Index, Mask
+from .concrete import Concrete
 
-if TYPE_CHECKING:
-    from .concrete import Concrete
+
+def smoothing_length(concrete: Concrete, Z: Array) -> tuple[Array, Array]:
+    """uz of eq. (18), mm, and its slope in Z, (n,) each.
+
+    With `onset_cap` uz is at most Z / c_lm: then contact begins no further than Z before the surface, and a crack that opens
+    monotonically meets none at any width.
+    """
+    m = concrete
+    uz = m.r_z * m.Zm + np.minimum(Z, m.Zm) / m.c_zn
+    slope = np.where(Z < m.Zm, 1.0 / m.c_zn, 0.0)
+    if m.onset_cap:
+        capped = Z / m.c_lm < uz
+        uz, slope = np.where(capped, Z / m.c_lm, uz), np.where(capped, 1.0 / m.c_lm, slope)
+    return uz, slope
 
 
 @dataclass(frozen=True)
@@ -37,6 +49,42 @@ class ContactSurface:
     uz: Array
     duz: Array
     concrete: Concrete
+
+    @classmethod
+    def seen_from(cls, concrete: Concrete, jump: Array, Z: Array) -> ContactSurface:
+        """The surface at the histories Z (n,) seen from the jumps (n, d), mm: cone (8), (9) and nose (10)."""
+        m = concrete
+        q = np.sqrt(1.0 + m.m_g**2)
+        uz, duz = smoothing_length(m, Z)
+        R = m.n_g * m.Zm + m.c_lm * uz
+        u1, v = jump[:, 0], jump[:, 1:]
+        s = np.sqrt(np.einsum("ij,ij->i", v, v))
+        opened = u1 - m.u_phi0
+        x = opened - R  # from the centre of the nose
+        cone = x + m.m_g * s > 0
+        d = np.hypot(x, s)
+        d = np.where(d > 0, d, 1.0)
+        s_safe = np.where(s > 0, s, 1.0)
+        apex = R * (m.m_g - q) / m.m_g
+        # R - d, with its digits where the nose is small and where it is touched
+        nose = ((2.0 * R - opened) * opened - s**2) / (R + d)
+        phi = np.where(cone, (m.m_g * (opened - apex) - s) / q, nose)
+        normal = np.empty_like(jump)
+        normal[:, 0] = np.where(cone, m.m_g / q, -x / d)
+        distance = np.where(cone, q * s_safe, d)
+        normal[:, 1:] = -v / distance[:, None]
+        dphi_dR = np.where(cone, (q - m.m_g) / q, 1.0 - normal[:, 0])
+        return cls(phi, normal, dphi_dR, distance, cone, uz, duz, m)
+
+    @property
+    def reach(self) -> Array:
+        """ulm of eq. (19), (n,), mm: contact is exactly zero at phi >= ulm."""
+        return np.asarray(self.concrete.c_lm * self.uz)
+
+    @property
+    def in_contact(self) -> Mask:
+        """Whether the faces touch, (n,)."""
+        return self.phi < self.reach
 
     def part(self, at: Index) -> ContactSurface:
         """Some of the jumps."""

@@ -2,7 +2,7 @@
 
 One law serves interface elements (jump in mm, small `width` or the paper's h) and the crack band
 (width = characteristic length, jump = width times local strain). Units N, mm, MPa; tension positive.
-Where the print leaves a choice, the parameters of `Concrete` say which one is taken.
+If the print leaves a choice, the parameters of `Concrete` say which one is taken.
 """
 
 from __future__ import annotations
@@ -11,10 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from .concrete import Concrete
-from .contact_surface import ContactSurface
-from .potential_contact import asperity_contact
+from .contact_surface import ContactSurface, smoothing_length
+from .potential_contact import potential_contact
+from .printed_contact import printed_contact
+from .softening_branches import Rise
 
 
 class CrackPlane:
@@ -25,19 +27,19 @@ class CrackPlane:
     concrete : Concrete
     width : width w of the band that the plane stands for, mm: one number, or an array (n,) with one for each of
         the n points that the methods are then called with. None: w = h, eq. (21) as printed.
-    shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
 
     Raises
     ------
     ValueError
-        For a width that is not a finite number above 0; for `concrete.contact` = "potential" without shear scaling.
+        For a width that is not a finite number above 0, or so large that the softening curve rises faster than its secant
+        falls: opening would mend damage.
 
     Attributes
     ----------
     Zt : opening at which damage starts in mode I, mm, with the shape of the width
     """
 
-    def __init__(self, concrete: Concrete, width: float | Array | None = None, *, shear_scaling: bool = True) -> None:
+    def __init__(self, concrete: Concrete, width: float | Array | None = None) -> None:
         width = concrete.h if width is None else width
         if isinstance(width, np.ndarray):
             if width.ndim != 1 or not ((width > 0) & (width < np.inf)).all():
@@ -47,32 +49,24 @@ class CrackPlane:
             raise ValueError(f"width = {width!r}: expected a finite number above 0, in mm")
         else:
             self.width = float(width)
-        if concrete.contact == "potential" and not shear_scaling:
-            raise ValueError("shear_scaling = False: contact = 'potential' does not depend on the width; expected True")
         self.concrete = concrete
-        self.shear_scaling = shear_scaling
         self.Zt: Any = self.width * concrete.ft / concrete.E
+        rise = concrete.steepest_rise
+        if rise is not None and not np.max(self.Zt, initial=0.0) < rise.largest_Zt:
+            raise ValueError(_too_steep(concrete, float(np.max(self.width)), rise))
 
     def __repr__(self) -> str:
         return f"CrackPlane({self.concrete!r}, width={self.width!r})"
 
     def with_width(self, width: float | Array) -> CrackPlane:
         """The same law for another width, or for an array of widths."""
-        return CrackPlane(self.concrete, width, shear_scaling=self.shear_scaling)
-
-    def with_concrete(self, concrete: Concrete) -> CrackPlane:
-        """The same plane of another concrete."""
-        return CrackPlane(concrete, self.width, shear_scaling=self.shear_scaling)
+        return CrackPlane(self.concrete, width)
 
     def stiffness(self, components: int) -> Array:
         """Diagonal of k, eq. (1), MPa/mm: (components,), or (n, components) for an array of widths."""
         m = self.concrete
         moduli = np.array([m.E, m.G, m.G][:components])
         return np.asarray(moduli / (self.width[:, None] if isinstance(self.width, np.ndarray) else self.width))
-
-    def _part(self, at: Index) -> CrackPlane:
-        """The law at some of the points."""
-        return self.with_width(self.width[at]) if isinstance(self.width, np.ndarray) else self
 
     def update(self, jump: Array, Z: Array, frozen: bool = False) -> tuple[Array, Array, Array]:
         """Traction, consistent tangent and new history, eq. (21).
@@ -84,7 +78,7 @@ class CrackPlane:
         Z : (n,) array, mm
             Last converged history. Not modified.
         frozen : bool
-            Tangent at constant Z, the unloading branch, where both exist.
+            Tangent at constant Z, the unloading branch, if both exist.
 
         Returns
         -------
@@ -105,15 +99,14 @@ class CrackPlane:
         Z0 = np.maximum(Z, self.Zt)
         loading = (Zeq >= Z0) & (not frozen)
         Z_new = np.maximum(Z0, Zeq)
-        intact = self._intact(Z_new)  # 1 - omega
+        intact = self.intact(Z_new)
         ku = k * jump
         traction = intact[:, None] * ku
         tangent = np.zeros((n, d, d))
         tangent[:, range(d), range(d)] = intact[:, None] * k
-        m = self.concrete
-        domega = np.where(loading, intact * (1.0 / Z_new + m.c1 / m.Zm), 0.0)  # d(omega)/dZ, from (5)
+        domega = np.where(loading, self._damage_slope(Z_new), 0.0)
         dt_dZ = -domega[:, None] * ku
-        at, contact, slope, dcontact_dZ = self._contact(jump, Z_new, tangent=True)
+        at, contact, slope, dcontact_dZ = self._contact(jump, Z_new)
         if at.size:
             omega = 1.0 - intact[at]
             traction[at] += omega[:, None] * contact
@@ -126,7 +119,7 @@ class CrackPlane:
         """Traction (n, d) and new history (n,) of `update`, without the tangent."""
         jump, Z = _checked(jump, Z)
         Z_new = self.history(jump, Z)
-        traction = self._intact(Z_new)[:, None] * self.stiffness(jump.shape[1]) * jump
+        traction = self.intact(Z_new)[:, None] * self.stiffness(jump.shape[1]) * jump
         return traction + self.contact_traction(jump, Z_new), Z_new
 
     def history(self, jump: Array, Z: Array) -> Array:
@@ -139,27 +132,41 @@ class CrackPlane:
         Z = np.maximum(Z, self.Zt)
         result = np.zeros_like(jump)
         at, contact, _, _ = self._contact(jump, Z, tangent=False)
-        result[at] = (1.0 - self._part(at)._intact(Z[at]))[:, None] * contact
+        result[at] = (1.0 - self.intact(Z)[at])[:, None] * contact
         return result
+
+    def intact(self, Z: Array) -> Array:
+        """1 - omega of eq. (5), (n,), for histories of at least Zt: exactly 0 beyond the end of the softening curve. Kept as
+        itself: formed as a difference it is 0 from about 7 Zm of the exponential curve."""
+        stress = self.concrete.curve.stress(Z - self.Zt)
+        return np.asarray(self.Zt / (self.concrete.ft * Z) * stress)
 
     def damage(self, Z: Array) -> Array:
         """omega of eq. (5), (n,)."""
-        return 1.0 - self._intact(np.maximum(Z, self.Zt))
+        return 1.0 - self.intact(np.maximum(Z, self.Zt))
+
+    def has_ended(self, Z: Array) -> Mask:
+        """Whether the softening curve has ended at the history Z, (n,): 1 - omega is 0, and nothing more can be dissipated."""
+        return np.asarray(self.Zt + self.concrete.curve.end <= Z)
+
+    def is_spent(self, Z: Array) -> Mask:
+        """Whether opening can bring no traction back, (n,): beyond the end of the curve, or with too little left of it."""
+        return np.asarray(self.Zt + self.concrete.spent <= Z)
 
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""
         jump, Z = _checked(jump, Z)
-        surface = self._surface(jump, np.maximum(Z, self.Zt))
+        surface = ContactSurface.seen_from(self.concrete, jump, np.maximum(Z, self.Zt))
         return surface.phi, surface.normal
 
     def contact_reach(self, Z: Array) -> Array:
         """ulm of eq. (19): contact is exactly zero at phi >= ulm. (n,), mm."""
-        return self.concrete.c_lm * self._smoothing(np.maximum(Z, self.Zt))[0]
+        return self.concrete.c_lm * smoothing_length(self.concrete, np.maximum(Z, self.Zt))[0]
 
     def stored_energy(self, jump: Array, Z: Array) -> Array:
         """Energy of the undamaged part, (1 - omega) u.k.u / 2, (n,), N/mm, at the history `Z` as it stands."""
         jump, Z = _checked(jump, Z)
-        return 0.5 * self._intact(np.maximum(Z, self.Zt)) * self._twice_energy(jump)
+        return 0.5 * self.intact(np.maximum(Z, self.Zt)) * self._twice_energy(jump)
 
     def dissipation(self, jump0: Array, Z0: Array, jump1: Array, Z1: Array) -> tuple[Array, Array]:
         """Damage dissipation of one step, the integral of u.k.u / 2 over omega: (n,), N/mm, and its
@@ -167,20 +174,16 @@ class CrackPlane:
 
         Exact while u.k.u / Z^2 stays constant (any proportional path from the origin), second order in
         the step otherwise. The trapezoidal rule over omega would lose 20 Zt ft at the onset of damage.
+        With the stress s and the work W of the softening curve, the integral of Z^2 over omega is
+        Zt/ft (2 W - Z s): in mode I the step dissipates the change of W - Z s / 2.
         """
         jump0, Z0 = _checked(jump0, Z0)
         jump1, Z1 = _checked(jump1, Z1)
-        m = self.concrete
-        a = m.c1 / m.Zm
         Z0, Z1 = np.maximum(Z0, self.Zt), np.maximum(Z1, self.Zt)
         Zeq0 = self._equivalent_jump(jump0, gradient=False)[0]
         Zeq1, dZeq1 = self._equivalent_jump(jump1)
         loading = Zeq1 >= Z1
-
-        def antiderivative(Z: Array) -> Array:  # of -Z^2 d(omega)/dZ
-            return np.asarray(self.Zt * np.exp(-a * (Z - self.Zt)) * (Z + 2.0 / a))
-
-        drop = antiderivative(Z0) - antiderivative(Z1)
+        rise = self._weighted_damage(Z1) - self._weighted_damage(Z0)
         ratio1 = self._twice_energy(jump1) / Z1**2
         # a point that starts its loading inside the damage surface has no ratio of its own there
         on_surface = Zeq0 > (1.0 - 1e-9) * Z0
@@ -188,9 +191,9 @@ class CrackPlane:
         share = np.where(on_surface, 0.5, 1.0)
         ku = self.stiffness(jump1.shape[1]) * jump1
         d_ratio = (2.0 * ku - 2.0 * (ratio1 * Z1)[:, None] * dZeq1) / (Z1**2)[:, None]
-        d_drop = self.Zt * np.exp(-a * (Z1 - self.Zt)) * (1.0 + a * Z1)
-        gradient = 0.5 * ((ratio * d_drop)[:, None] * dZeq1 + (share * drop)[:, None] * d_ratio)
-        return np.where(loading, 0.5 * ratio * drop, 0.0), np.where(loading[:, None], gradient, 0.0)
+        d_rise = Z1**2 * self._damage_slope(Z1)
+        gradient = 0.5 * ((ratio * d_rise)[:, None] * dZeq1 + (share * rise)[:, None] * d_ratio)
+        return np.where(loading, 0.5 * ratio * rise, 0.0), np.where(loading[:, None], gradient, 0.0)
 
     # -- pieces, each with its equation ---------------------------------------------------------
 
@@ -198,10 +201,15 @@ class CrackPlane:
         """u.k.u"""
         return np.asarray((jump**2 * self.stiffness(jump.shape[1])).sum(axis=1))
 
-    def _intact(self, Z: Array) -> Array:
-        """1 - omega of eq. (5), kept as itself: formed as a difference it is 0 from about 7 Zm."""
-        m = self.concrete
-        return np.asarray(self.Zt / Z * np.exp(-m.c1 * (Z - self.Zt) / m.Zm))
+    def _damage_slope(self, Z: Array) -> Array:
+        """d(omega)/dZ from (5), (n,), 1/mm."""
+        curve, w = self.concrete.curve, Z - self.Zt
+        return np.asarray(self.Zt / (self.concrete.ft * Z) * (curve.stress(w) / Z - curve.slope(w)))
+
+    def _weighted_damage(self, Z: Array) -> Array:
+        """The integral of Z^2 over omega from Zt to Z, but for a constant, (n,), mm^2."""
+        curve, w = self.concrete.curve, Z - self.Zt
+        return np.asarray(self.Zt / self.concrete.ft * (2.0 * curve.work(w) - Z * curve.stress(w)))
 
     def _equivalent_jump(self, jump: Array, gradient: bool = True) -> tuple[Array, Array]:
         """Zeq of eq. (4a) and its gradient."""
@@ -219,94 +227,31 @@ class CrackPlane:
         dZeq[:, 0] += A
         return Zeq, dZeq
 
-    def _smoothing(self, Z: Array) -> tuple[Array, Array]:
-        """uz of eq. (18) with the onset cap, and its slope in Z."""
-        m = self.concrete
-        uz = m.r_z * m.Zm + np.minimum(Z, m.Zm) / m.c_zn
-        slope = np.where(Z < m.Zm, 1.0 / m.c_zn, 0.0)
-        if m.onset_cap:
-            capped = Z / m.c_lm < uz
-            uz, slope = np.where(capped, Z / m.c_lm, uz), np.where(capped, 1.0 / m.c_lm, slope)
-        return uz, slope
-
-    def _asperities(self, u1: Array) -> tuple[Array, Array, Array, Array]:
-        """H of eq. (13), 1 - H with its digits near closure, and the first two slopes of H in u1."""
-        m = self.concrete
-        H, lost, dH, ddH = np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1)
-        opened = np.maximum(u1 - m.u_phi0, 0.0)
-        for p, c in zip(m.p, m.c, strict=True):
-            length = c * m.Zm
-            share = p * np.exp(-opened / length)
-            H += share
-            lost -= p * np.expm1(-opened / length)
-            dH -= share / length
-            ddH += share / length**2
-        closed = u1 < m.u_phi0
-        dH[closed], ddH[closed] = 0.0, 0.0
-        return H, lost, dH, ddH
-
-    def _interlock_factor(self, u1: Array) -> tuple[Array, Array]:
-        """H_w of eqs (13) and (25) and its slope in u1."""
-        H, lost, dH, _ = self._asperities(u1)
-        if not self.shear_scaling:
-            return H, dH
-        h = self.concrete.h
-        below = H * self.width + lost * h
-        # far open, H underflows: H_w is 0 there, whatever its exact ratio
-        return np.asarray(H * self.width / below), np.asarray(self.width * h / below**2 * dH)
-
-    def _surface(self, jump: Array, Z: Array) -> ContactSurface:
-        """The contact surface of eqs (8)-(10) seen from the jumps."""
-        m = self.concrete
-        q = np.sqrt(1.0 + m.m_g**2)
-        uz, duz = self._smoothing(Z)
-        R = m.n_g * m.Zm + m.c_lm * uz
-        u1, v = jump[:, 0], jump[:, 1:]
-        s = np.sqrt(np.einsum("ij,ij->i", v, v))
-        opened = u1 - m.u_phi0
-        x = opened - R  # from the centre of the nose
-        cone = x + m.m_g * s > 0
-        d = np.hypot(x, s)
-        d = np.where(d > 0, d, 1.0)
-        s_safe = np.where(s > 0, s, 1.0)
-        apex = R * (m.m_g - q) / m.m_g
-        # R - d, with its digits where the nose is small and where it is touched
-        nose = ((2.0 * R - opened) * opened - s**2) / (R + d)
-        phi = np.where(cone, (m.m_g * (opened - apex) - s) / q, nose)
-        normal = np.empty_like(jump)
-        normal[:, 0] = np.where(cone, m.m_g / q, -x / d)
-        distance = np.where(cone, q * s_safe, d)
-        normal[:, 1:] = -v / distance[:, None]
-        dphi_dR = np.where(cone, (q - m.m_g) / q, 1.0 - normal[:, 0])
-        return ContactSurface(phi, normal, dphi_dR, distance, cone, uz, duz, m)
-
-    def _contact(self, jump: Array, Z: Array, tangent: bool) -> tuple[Index, Array, Array, Array]:
+    def _contact(self, jump: Array, Z: Array, tangent: bool = True) -> tuple[Index, Array, Array, Array]:
         """The contact part of the traction, without omega, at the points in contact: their indices, its value, its
-        derivative with respect to the jump at constant Z, and its derivative with respect to Z."""
-        surface = self._surface(jump, Z)
-        at = np.flatnonzero(surface.phi < self.concrete.c_lm * surface.uz)
+        derivative in the jump at constant Z, and its derivative in Z."""
+        m, d = self.concrete, jump.shape[1]
+        surface = ContactSurface.seen_from(m, jump, Z)
+        at = np.flatnonzero(surface.in_contact)
         if not at.size:  # the usual case while a crack opens
-            nothing = np.empty((0, jump.shape[1]))
+            nothing = np.empty((0, d))
             return at, nothing, nothing, nothing
-        part = self._part(at)
-        if self.concrete.contact == "potential":
-            return at, *asperity_contact(part, jump[at], Z[at])
-        return at, *part._printed_contact(jump[at], surface.part(at), tangent)
+        k, width = self.stiffness(d), self.width
+        if isinstance(width, np.ndarray):
+            k, width = k[at], width[at]
+        if m.contact == "potential":
+            return at, *potential_contact(m, k, jump[at], Z[at])
+        return at, *printed_contact(m, k, width, jump[at], surface.part(at), tangent)
 
-    def _printed_contact(self, jump: Array, surface: ContactSurface, tangent: bool) -> tuple[Array, Array, Array]:
-        """H_w g k n of eqs (13)-(20)."""
-        normal, g = surface.normal, surface.overlap()
-        H, dH = self._interlock_factor(jump[:, 0])
-        k = self.stiffness(jump.shape[1])
-        kn = k * normal
-        contact = (H * g)[:, None] * kn
-        if not tangent:
-            return contact, contact, contact
-        g_phi, g_Z = surface.overlap_slopes(g)
-        slope = kn[:, :, None] * ((H * g_phi)[:, None] * normal)[:, None, :]
-        slope[:, :, 0] += (dH * g)[:, None] * kn
-        slope += (H * g)[:, None, None] * k[..., :, None] * surface.curvature()
-        return contact, slope, (H * g_Z)[:, None] * kn + (H * g)[:, None] * k * surface.turning()
+
+def _too_steep(concrete: Concrete, width: float, rise: Rise) -> str:
+    """Why a softening curve does not fit a width."""
+    widest = rise.largest_Zt * concrete.E / concrete.ft
+    wanted = f"a width below {widest:.3g} mm" if widest > 0 else "a flatter rise"
+    return (
+        f"softening: at w = {rise.w:.4g} mm, {rise.stress:.4g} MPa, the stress rises by {rise.slope:.4g} MPa/mm; for a width "
+        f"of {width:.4g} mm slope (Zt + w) has to be less than the stress; expected {wanted}"
+    )
 
 
 def _checked(jump: Array, Z: Array) -> tuple[Array, Array]:

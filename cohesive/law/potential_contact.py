@@ -21,17 +21,18 @@ form tends to (G/E) sigma/m_g. As 1 - H vanishes at u_phi0, pressed faces approa
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import NoContact
+from .concrete import Concrete
+from .contact_surface import ContactSurface
+from .interlock import interlock
 
-if TYPE_CHECKING:
-    from .crack_plane import CrackPlane
+MAX_ITERATIONS = 100  # of the search for the inelastic jump
 
-_ITERATIONS, _CUTS = 100, 60
+_CUTS = 60
 
 #: the faces approach closure by at most this part of their distance in one iteration
 _APPROACH = 0.9
@@ -39,12 +40,24 @@ _APPROACH = 0.9
 #: the energy must fall by this part of what its slope promises
 _DECREASE = 1e-4
 
-#: converged where the next step is below so many roundings
+#: converged if the next step is below so many roundings
 _DIGITS = 32.0
 
 
-def asperity_contact(law: CrackPlane, jump: Array, Z: Array) -> tuple[Array, Array, Array]:
-    """Contact traction (n, d), its slope in the jump (n, d, d) at constant Z, and in Z, (n, d), without omega.
+def potential_contact(concrete: Concrete, k: Array, jump: Array, Z: Array) -> tuple[Array, Array, Array]:
+    """Contact traction without omega, and its slopes, at points in contact.
+
+    Parameters
+    ----------
+    k : (d,) or (n, d) array, MPa/mm, diagonal of eq. (1).
+    jump : (n, d) array, mm.
+    Z : (n,) array, mm.
+
+    Returns
+    -------
+    traction : (n, d) array, MPa
+    slope : (n, d, d) array, MPa/mm, derivative in the jump at constant Z
+    slope_Z : (n, d) array, MPa/mm, derivative in Z
 
     Raises
     ------
@@ -52,14 +65,14 @@ def asperity_contact(law: CrackPlane, jump: Array, Z: Array) -> tuple[Array, Arr
         If the local iteration fails.
     """
     n, d = jump.shape
-    if law.concrete.u_phi0:  # from there on, so that small distances keep their digits
-        jump = jump - law.concrete.u_phi0 * np.eye(d)[0]
-        law = law.with_concrete(replace(law.concrete, u_phi0=0.0))
+    if concrete.u_phi0:  # from there on, so that small distances keep their digits
+        jump = jump - concrete.u_phi0 * np.eye(d)[0]
+        concrete = replace(concrete, u_phi0=0.0)
     sliding = np.linalg.norm(jump[:, 1:], axis=1)
     along = jump[:, 1:] / np.where(sliding > 0, sliding, 1.0)[:, None]
-    k = np.broadcast_to(law.stiffness(2), (n, 2))
-    left = _solve(law, np.column_stack([jump[:, 0], sliding]), Z, k)
-    _, t, stiffness, t_Z = _energy(law, left, Z)
+    k = np.broadcast_to(k[..., :2], (n, 2))
+    left = inelastic_jump(concrete, k, np.column_stack([jump[:, 0], sliding]), Z)
+    _, t, stiffness, t_Z = _asperity_energy(concrete, left, Z)
     A = stiffness + k[:, :, None] * np.eye(2)
     T = k[:, :, None] * np.linalg.solve(A, stiffness)
     dZ = k * np.linalg.solve(A, t_Z[:, :, None])[:, :, 0]
@@ -77,15 +90,15 @@ def asperity_contact(law: CrackPlane, jump: Array, Z: Array) -> tuple[Array, Arr
     return traction, slope, slope_Z
 
 
-def _energy(law: CrackPlane, left: Array, Z: Array) -> tuple[Array, Array, Array, Array]:
+def _asperity_energy(concrete: Concrete, left: Array, Z: Array) -> tuple[Array, Array, Array, Array]:
     """V at the jumps (n, 2) that are left to the asperities, its gradient and Hessian, and the slope of the gradient in Z."""
-    m = law.concrete
-    surface = law._surface(left, Z)
-    out = surface.phi >= m.c_lm * surface.uz
+    m = concrete
+    surface = ContactSurface.seen_from(m, left, Z)
+    out = ~surface.in_contact
     g = np.where(out, 0.0, surface.overlap())
     g_phi, g_Z = surface.overlap_slopes(g)
     W, W_Z = surface.work(g)
-    H, lost, dH, ddH = law._asperities(left[:, 0])
+    H, lost, dH, ddH = interlock(m, left[:, 0])
     B, dB = H / lost, dH / lost**2
     ddB = ddH / lost**2 + 2.0 * dH**2 / lost**3
     for quantity in (g_phi, g_Z, W_Z):
@@ -104,22 +117,28 @@ def _energy(law: CrackPlane, left: Array, Z: Array) -> tuple[Array, Array, Array
     return stiffness * B * W, stiffness * gradient, stiffness * hessian, stiffness * slope_Z
 
 
-def _solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
-    """The jumps u* (n, 2) of least energy, by Newton's method with the faces kept apart."""
-    m = law.concrete
+def inelastic_jump(concrete: Concrete, k: Array, jump: Array, Z: Array) -> Array:
+    """The jumps u* (n, 2) of least energy, by Newton's method with the faces kept apart; k, jump [normal, |s|] (n, 2).
+
+    Raises
+    ------
+    NoContact
+        If the local iteration fails.
+    """
+    m = concrete
     left = jump.copy()
     # near closure V is about a / u1*: what the plane and the asperities then agree on is the way to begin
     touching = np.column_stack([np.zeros(len(jump)), jump[:, 1]])
-    surface = law._surface(touching, Z)
+    surface = ContactSurface.seen_from(m, touching, Z)
     first_slope = sum(p / (c * m.Zm) for p, c in zip(m.p, m.c, strict=True))
     a = m.G / m.h * surface.work(surface.overlap())[0] / (first_slope * k[:, 0])
     pressed = np.maximum(-jump[:, 0], np.cbrt(a))
     left[:, 0] = np.maximum(jump[:, 0], np.minimum(np.sqrt(a / pressed), m.Zm))
-    rounding = np.finfo(float).eps * (abs(jump).max(axis=1) + m.n_g * m.Zm + m.c_lm * surface.uz)
+    rounding = np.finfo(float).eps * (abs(jump).max(axis=1) + m.n_g * m.Zm + surface.reach)
     at = np.arange(len(jump))
-    value, gradient, hessian = _total(law, left, jump, Z, k)
-    for _ in range(_ITERATIONS):
-        lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also where it is not convex
+    value, gradient, hessian = total_energy(m, k, left, jump, Z)
+    for _ in range(MAX_ITERATIONS):
+        lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also if it is not convex
         step = -np.linalg.solve(hessian[at] + lift[:, None, None] * np.eye(2), gradient[at, :, None])[:, :, 0]
         room = _APPROACH * left[at, 0]
         length = np.where(-step[:, 0] > room, room / np.where(step[:, 0] < 0, -step[:, 0], 1.0), 1.0)
@@ -134,9 +153,9 @@ def _solve(law: CrackPlane, jump: Array, Z: Array, k: Array) -> Array:
         for _ in range(_CUTS):
             who = at[waiting]
             new = left[who] + length[waiting, None] * step[waiting]
-            energy, slope, curvature = _total(law._part(who), new, jump[who], Z[who], k[who])
+            energy, slope, curvature = total_energy(m, k[who], new, jump[who], Z[who])
             good = energy <= value[who] + length[waiting] * promised[waiting]
-            good |= np.linalg.norm(slope, axis=1) < half[waiting]  # where the energy's own digits are spent
+            good |= np.linalg.norm(slope, axis=1) < half[waiting]  # if the energy's own digits are spent
             found = who[good]
             left[found], value[found], gradient[found], hessian[found] = new[good], energy[good], slope[good], curvature[good]
             waiting = waiting[~good]
@@ -152,9 +171,9 @@ def _least(matrix: Array) -> Array:
     return np.asarray(0.5 * (a + c) - np.hypot(0.5 * (a - c), b))
 
 
-def _total(law: CrackPlane, left: Array, jump: Array, Z: Array, k: Array) -> tuple[Array, Array, Array]:
-    """V and the energy of the plane, its gradient and its Hessian."""
-    value, gradient, hessian, _ = _energy(law, left, Z)
+def total_energy(concrete: Concrete, k: Array, left: Array, jump: Array, Z: Array) -> tuple[Array, Array, Array]:
+    """Energy of asperities and plane (n,), N/mm, at the jumps `left` (n, 2), its gradient and its Hessian there."""
+    value, gradient, hessian, _ = _asperity_energy(concrete, left, Z)
     value += 0.5 * ((left - jump) ** 2 * k).sum(axis=1)
     gradient += k * (left - jump)
     hessian[:, [0, 1], [0, 1]] += k

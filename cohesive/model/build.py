@@ -1,16 +1,16 @@
-"""From a scene to a result: the only place that wires meshing, law, elements and solver together."""
+"""From a scene to a model: mesh, elements, cracks, unknowns, condensation, problem. Here the scene ends."""
 
 from __future__ import annotations
 
-import re
 import time
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 
-import meshio
 import numpy as np
 import scipy.sparse as sp
 
-from meshing import MeshError, read_band_mesh, read_mesh
+from meshing.errors import MeshError
 
 from ..algebra.bulk_matrix import bulk_stiffness
 from ..algebra.choice import Bulk, Condensation, condense
@@ -20,14 +20,23 @@ from ..arrays import Array, Index
 from ..elements.bulk import BAND_COLUMNS, ElasticBlock, elasticity
 from ..errors import ElementError, SceneError
 from ..scenes.scene import Scene
-from ..scenes.tables import UserMesh
-from ..solver.problem import Problem, State
-from .boundary import gauge, ties
-from .cracks import CrackPart, band_part, depth, interface_part, is_row
+from ..solver.problem import Problem
+from .band import band_note, band_part
+from .boundary import Boundary, boundary, measures
+from .checks import check_stages
+from .cracks import CrackPart
+from .interface import interface_part
+from .mesh import CrackedMesh, cracked_mesh
+from .model import Model
 
 
-def build(scene: Scene) -> Model:
+def build(scene: Scene, tangent: str = "consistent") -> Model:
     """Mesh and assemble a scene.
+
+    Parameters
+    ----------
+    tangent : "consistent" (Newton's method, quadratic convergence) or "secant": the stiffness at constant damage in every
+        iteration, which converges linearly.
 
     Raises
     ------
@@ -35,136 +44,121 @@ def build(scene: Scene) -> Model:
         Naming the key or the entity, its value and what was expected.
     """
     timings: dict[str, float] = {}
-    clock = time.perf_counter()
-    try:
-        mesh = _mesh(scene)
-    except MeshError as error:  # name the key, where the message begins with one
-        if str(error).startswith(("band.", "mesh.")):
-            raise
-        named = re.match(r"\w+ = |band is missing", str(error))
-        raise MeshError(f"specimen{'.' if named else ': '}{error}") from None
-    timings["mesh"] = time.perf_counter() - clock
+    with _timed(timings, "mesh"), _keys_named():
+        mesh = cracked_mesh(scene)
+    with _timed(timings, "assemble"), _keys_named():
+        elastic, cracking = _elements(scene, mesh)
+        cracks = _cracks(scene, mesh, cracking)
+        held = boundary(scene.specimen, mesh, scene.model.plane, scene.model.half)
+        bulk, rows = _unknowns(scene, mesh, (elastic, cracking), cracks, held)
+    with _timed(timings, "condense"):
+        condensation = _condensed(bulk, scene.solver.condensation)
+        problem = _problem(scene, mesh, cracks, bulk, condensation, rows)
+    if tangent == "secant":
+        problem = replace(problem, secant=True)
+    if not problem.is_held():
+        raise SceneError(
+            "specimen: the body is not held, its stiffness is singular; expected supports against every motion", "specimen"
+        )
+    check_stages(scene.stages, problem, scene.material, cracks.width)
+    total = bulk.unknowns.transform.shape[1]
+    return Model(mesh, elastic, cracking, cracks, problem, condensation, total, timings, _notes(scene, mesh, cracks))
 
+
+@contextmanager
+def _timed(timings: dict[str, float], name: str) -> Iterator[None]:
     clock = time.perf_counter()
-    points = np.asarray(mesh.points, dtype=float)
-    extent = float(np.ptp(points, axis=0).max())
-    D = elasticity(scene.material.E, scene.material.nu, scene.model.plane if points.shape[1] == 2 else None)
-    smeared = scene.model.kind == "smeared"
-    elastic, cracking = _blocks(scene, mesh, points, D)
-    original: Index = mesh.point_data["original"]
-    leader = np.arange(len(original))
-    if not smeared:
-        on_crack = np.isin(original, original[mesh.cells[-1].data])
-        leader = np.where(on_crack, original, leader)
+    yield
+    timings[name] = time.perf_counter() - clock
+
+
+@contextmanager
+def _keys_named() -> Iterator[None]:
+    """Errors of the rooms below name the specimen's key by itself; here it gets its table."""
     try:
-        cracks = band_part(scene, mesh, cracking) if smeared else interface_part(scene, mesh)
-        supports, drives, mirror = ties(scene, mesh)
-        unknowns = Unknowns.from_constraints(leader, supports, drives, mirror)
-        K = bulk_stiffness(elastic, points.size)
-        if scene.model.half:
-            K *= 2.0  # load and energies are those of the whole
+        yield
+    except MeshError as error:
+        if "." in error.key and not error.key.startswith("specimen"):
+            raise
+        named = "." if error.key else ": "
+        raise MeshError(f"specimen{named}{error}", f"specimen.{error.key}" if error.key else "specimen") from None
     except ElementError as error:
         raise MeshError(str(error)) from None
-    except SceneError:
-        raise
-    except ValueError as error:
-        raise SceneError(f"specimen.{error}") from None
-    operator = _clean(cracks.operator @ unknowns.transform)
-    measures = {name: row @ unknowns.transform for name, row in gauge(scene, mesh, cracks.faces).items()}
-    timings["assemble"] = time.perf_counter() - clock
 
-    clock = time.perf_counter()
+
+def _thickness(scene: Scene, mesh: CrackedMesh) -> float:
+    """What a 2D mesh is to be multiplied with, mm; 1 in 3D."""
+    if mesh.dimension == 3:
+        return 1.0
+    assert scene.specimen.thickness is not None
+    return scene.specimen.thickness
+
+
+def _elements(scene: Scene, mesh: CrackedMesh) -> tuple[list[ElasticBlock], list[ElasticBlock]]:
+    """The elastic elements, and those that may crack."""
+    if mesh.dimension == 3 and scene.model.plane == "strain" and 2 not in scene.specimen.dimensions:
+        raise SceneError(
+            "model.plane = 'strain': the mesh is solid; expected no such key, and supports that hold its faces", "model.plane"
+        )
+    D = elasticity(scene.material.E, scene.material.nu, scene.model.plane if mesh.dimension == 2 else None)
+    t, points = _thickness(scene, mesh), np.asarray(mesh.points, dtype=float)
+    elastic = [ElasticBlock(block.type, points, block.data, D, t) for block in mesh.bulk]
+    cracking = []
+    for block in mesh.band:
+        kind, columns = BAND_COLUMNS[block.type] if mesh.is_row else (block.type, list(range(block.data.shape[1])))
+        cracking.append(ElasticBlock(kind, points, block.data[:, columns], D, t))
+    return elastic, cracking
+
+
+def _cracks(scene: Scene, mesh: CrackedMesh, cracking: Sequence[ElasticBlock]) -> CrackPart:
+    """The points with cracks of either model."""
+    t, length_of = _thickness(scene, mesh), scene.specimen.crack_length_of
+    if mesh.crack is not None:
+        return interface_part(scene.material, scene.interface, mesh, t, length_of)
+    known = (scene.crack_area, scene.band_width) if scene.sizes is not None else None
+    return band_part(scene.material, scene.band, mesh, cracking, t, length_of, known)
+
+
+def _area(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> float:
+    """Area of the crack, mm^2; if nothing tells, its order."""
+    extent = float(np.ptp(mesh.points, axis=0).max())
+    return cracks.area or extent * (scene.specimen.thickness or extent)
+
+
+def _unknowns(
+    scene: Scene,
+    mesh: CrackedMesh,
+    elements: tuple[list[ElasticBlock], list[ElasticBlock]],
+    cracks: CrackPart,
+    held: Boundary,
+) -> tuple[Bulk, tuple[dict[str, Array], float]]:
+    """The bulk to be condensed; the measures on all unknowns, and the spring on the drive."""
+    original = mesh.original
+    leader: Index = np.arange(len(original))
+    if mesh.crack is not None:
+        on_crack = np.isin(original, original[mesh.crack.data])
+        leader = np.where(on_crack, original, leader)
+    try:
+        unknowns = Unknowns.from_constraints(leader, held.supports, held.drives, held.mirror)
+    except ValueError as error:
+        raise SceneError(f"specimen.{error}", "specimen") from None
+    K = bulk_stiffness(elements[0], mesh.points.size)
+    if scene.model.half:
+        K *= 2.0  # load and energies are those of the whole
+    operator = _without_cancelled(cracks.operator @ unknowns.transform)
+    rows = measures(scene.specimen, scene.model.half, mesh, cracks.faces)
+    rows = {name: row @ unknowns.transform for name, row in rows.items()}
     seen = np.zeros(unknowns.transform.shape[1], dtype=bool)
     seen[operator.indices] = True
     seen[unknowns.drives] = seen[unknowns.rotations] = True  # each sees a whole face
-    for row in measures.values():
+    for row in rows.values():
         seen |= abs(row) > 1e-12
-    active = np.flatnonzero(seen)
-    bulk = Bulk(points, elastic, cracking, leader, unknowns, operator, active, K)
-    try:
-        if scene.solver.reduction == "petsc":
-            from ..algebra.petsc.stiffness import unreduced  # with petsc4py, which need not be installed
-
-            condensation = unreduced(bulk)
-        else:
-            condensation = condense(bulk, scene.solver.reduction)
-    except SceneError:
-        raise
-    except ValueError as error:
-        raise SceneError(f"specimen: {error}") from None
-    number = np.full(len(seen), -1)
-    number[condensation.unknowns] = np.arange(len(condensation.unknowns))
-    operator = operator[:, condensation.unknowns].tocsr()
-    measures = {name: row[condensation.unknowns] for name, row in measures.items()}
-    drives_at = number[unknowns.drives]
-    timings["condense"] = time.perf_counter() - clock
-    problem = Problem(
-        cracks.point_law,
-        CrackOperator.from_matrix(operator, cracks.weights, cracks.where),
-        condensation.stiffness,
-        drives_at,
-        np.eye(len(drives_at))[0],
-        cracks.area or extent * (scene.specimen.thickness or extent),  # without one, its order
-        measures,
-        scene.solver.tol,
-        spring=getattr(scene.specimen, "restraint", 0.0),
-        secant=scene.solver.tangent == "secant",
-    )
-    if not problem.is_held():
-        raise SceneError("specimen: the body is not held, its stiffness is singular; expected supports against every motion")
-    return Model(mesh, elastic, cracking, cracks, problem, condensation, len(seen), timings)
+    points = np.asarray(mesh.points, dtype=float)
+    bulk = Bulk(points, elements[0], elements[1], leader, unknowns, operator, np.flatnonzero(seen), K)
+    return bulk, (rows, held.spring)
 
 
-def _mesh(scene: Scene) -> meshio.Mesh:
-    specimen, smeared = scene.specimen, scene.model.kind == "smeared"
-    everywhere = scene.band.where == "everywhere"
-    if isinstance(specimen, UserMesh):
-        return _user_mesh(scene, specimen)
-    assert scene.sizes is not None
-    if smeared and everywhere:
-        return specimen.mesh_body(scene.sizes)
-    if smeared:
-        return specimen.mesh_band(scene.sizes, scene.band_width)
-    return specimen.mesh(scene.sizes, scene.model.half)
-
-
-def _user_mesh(scene: Scene, specimen: UserMesh) -> meshio.Mesh:
-    file, everywhere = scene.file(specimen.file), scene.band.where == "everywhere"
-    if scene.model.kind == "discrete":
-        mesh = read_mesh(file, specimen.crack)
-    elif specimen.band is None and not everywhere:
-        raise MeshError(
-            "band is missing: expected the name of the set of elements that form the band, or band.where = 'everywhere'"
-        )
-    else:
-        along = None if isinstance(specimen.crack, str) else np.subtract(specimen.crack[0][-1], specimen.crack[0][0])
-        mesh = read_band_mesh(file, None if everywhere else specimen.band, along)
-    is_solid = mesh.points.shape[1] == 3
-    if not is_solid and specimen.thickness is None:
-        raise SceneError("specimen.thickness is missing: the mesh is plane")
-    if is_solid and specimen.thickness is not None:
-        raise SceneError(f"specimen.thickness = {specimen.thickness:g}: the mesh is solid; expected no thickness")
-    if is_solid and scene.model.plane == "strain":
-        raise SceneError("model.plane = 'strain': the mesh is solid; expected no such key, and supports that hold its faces")
-    return mesh
-
-
-def _blocks(scene: Scene, mesh: meshio.Mesh, points: Array, D: Array) -> tuple[list[ElasticBlock], list[ElasticBlock]]:
-    """The elastic elements, and those that may crack."""
-    t = depth(scene, mesh)
-    if scene.model.kind == "discrete":
-        return [ElasticBlock(block.type, points, block.data, D, t) for block in mesh.cells[:-1]], []
-    sides: tuple[list[ElasticBlock], list[ElasticBlock]] = ([], [])
-    for i, block in enumerate(mesh.cells):
-        in_band = scene.band.where == "everywhere" or bool(len(mesh.cell_sets["band"][i]))
-        kind, columns = block.type, list(range(block.data.shape[1]))
-        if in_band and is_row(mesh):
-            kind, columns = BAND_COLUMNS[kind]
-        sides[in_band].append(ElasticBlock(kind, points, block.data[:, columns], D, t))
-    return sides
-
-
-def _clean(operator: sp.csr_array) -> sp.csr_array:
+def _without_cancelled(operator: sp.csr_array) -> sp.csr_array:
     """Without the entries that cancel: a jump does not see the mean motion of the faces."""
     operator = operator.tocsr()
     operator.data[abs(operator.data) < 1e-12] = 0.0
@@ -172,58 +166,56 @@ def _clean(operator: sp.csr_array) -> sp.csr_array:
     return operator
 
 
-@dataclass(frozen=True)
-class Model:
-    """A meshed and assembled scene, ready for the march.
+def _condensed(bulk: Bulk, wanted: str) -> Condensation:
+    """The bulk as the solver sees it."""
+    if wanted == "petsc":
+        from ..algebra.petsc.stiffness import uncondensed  # with petsc4py, which need not be installed
 
-    Attributes
-    ----------
-    mesh : meshio.Mesh; crack cells, or the elements of the band, come last
-    blocks : the elastic elements
-    band : the elements that may crack, in the smeared model
-    cracks : CrackPart
-    problem : Problem on the condensation unknowns
-    condensation : Condensation
-    total_dofs : number of all unknowns
-    timings : seconds, "mesh", "assemble" and "condense"
-    """
+        return uncondensed(bulk)
+    try:
+        return condense(bulk, wanted)
+    except SceneError:  # which names its own key
+        raise
+    except ValueError as error:
+        raise SceneError(f"specimen: {error}", "specimen") from None
 
-    mesh: meshio.Mesh
-    blocks: list[ElasticBlock]
-    band: list[ElasticBlock]
-    cracks: CrackPart
-    problem: Problem
-    condensation: Condensation
-    total_dofs: int
-    timings: dict[str, float]
 
-    @property
-    def is_smeared(self) -> bool:
-        return bool(self.band)
+def _problem(
+    scene: Scene,
+    mesh: CrackedMesh,
+    cracks: CrackPart,
+    bulk: Bulk,
+    condensation: Condensation,
+    rows: tuple[dict[str, Array], float],
+) -> Problem:
+    """The equations on the unknowns that are left."""
+    at = condensation.unknowns
+    number = np.full(bulk.unknowns.transform.shape[1], -1)
+    number[at] = np.arange(len(at))
+    drives = number[bulk.unknowns.drives]
+    measured, spring = rows
+    area = _area(scene, mesh, cracks)
+    return Problem(
+        cracks.point_law,
+        CrackOperator.from_matrix(bulk.operator[:, at].tocsr(), cracks.weights, cracks.where),
+        condensation.stiffness,
+        drives,
+        np.eye(len(drives))[0],
+        scene.material.ft * area,
+        scene.material.Gf * area,
+        {name: row[at] for name, row in measured.items()},
+        scene.solver.tol,
+        spring=spring,
+    )
 
-    @property
-    def library(self) -> str:
-        """What solves the linear systems."""
-        return getattr(self.problem.stiffness, "library", "SciPy")
 
-    @property
-    def active_dofs(self) -> int:
-        """Number of unknowns that Newton's method works on."""
-        return len(self.condensation.unknowns)
-
-    def record(self, state: State) -> dict[str, float]:
-        """The quantities of the history that belong to a state."""
-        problem, mean = self.problem, self.cracks.mean_traction(state)
-        return {
-            "load": state.load,
-            "opening": problem.measure("opening", state),
-            "sliding": problem.measure("sliding", state),
-            "driven": state.driven,
-            "stress_n": float(mean[0]),
-            "stress_s": float(mean[1]),
-            "work": state.work,
-            "elastic": state.elastic,
-            "stored": state.stored,
-            "dissipated": state.dissipated,
-            "contact_work": state.contact_work,
-        }
+def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
+    """What the reader of the results should know about the model."""
+    found = []
+    if mesh.crack is None and (warning := band_note(scene.material, cracks.width)):
+        found.append(warning)
+    if scene.specimen.is_off_the_notch():
+        found.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
+    if scene.sizes is None and (length := mesh.crack_front):
+        found.append(f"the crack surface ends inside the body along {length:.4g} mm of its edge; there is the front")
+    return found

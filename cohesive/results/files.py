@@ -1,18 +1,33 @@
-"""results/files"""
+"""The files of a run: each is written under a temporary name and then renamed, but the history, which grows by rows."""
 
 from __future__ import annotations
 
+import copy
+import json
 import os
+import platform
+import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import metadata
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING, Any
 
-from ..errors import SceneError
-from .columns import COLUMNS
+import meshio
+
+from ..errors import ParameterError, SceneError
+from ..law.softening_choice import softening_data
+from ..scenes.scene import dump_toml
+from ..solver.columns import COLUMN_NAMES
+from .frames import frame_mesh
+
+if TYPE_CHECKING:
+    from ..scenes.scene import Scene
+    from .run_data import RunData
 
 
 class HistoryWriter:
@@ -29,12 +44,12 @@ class HistoryWriter:
                 self._file = open(self._folder / "history.csv", "wb", buffering=0)
             except OSError as error:
                 raise _refused(self._folder / "history.csv", error) from None
-            self._append(COLUMNS)
+            self._append(COLUMN_NAMES)
         return self
 
     def write(self, row: dict[str, float]) -> None:
-        """Append a row; SceneError where the disk is full, and what has come of the row is taken away."""
-        self._append([format_value(row[name]) for name in COLUMNS])
+        """Append a row; SceneError if the disk is full; a row is then written whole or not at all."""
+        self._append([format_value(row[name]) for name in COLUMN_NAMES])
 
     def _append(self, row: Sequence[str]) -> None:
         if self._file is None or self._folder is None:
@@ -42,7 +57,7 @@ class HistoryWriter:
         rest = (",".join(row) + "\n").encode()
         whole = self._file.tell()
         try:
-            while rest:  # one call, but on a disk that is getting full
+            while rest:  # one call, unless the disk is getting full
                 rest = rest[self._file.write(rest) :]
         except OSError as error:
             with suppress(OSError):
@@ -55,11 +70,12 @@ class HistoryWriter:
 
 
 def format_value(value: float) -> str:
+    """A value of the history: whole numbers as they are, others with 12 digits."""
     return str(value) if isinstance(value, int) else f"{value:.12g}"
 
 
 def make_folder(folder: Path) -> None:
-    """Create the output folder, or a SceneError that names it."""
+    """Create the output folder; SceneError if it cannot be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -85,6 +101,7 @@ def _refused(path: Path, error: OSError) -> SceneError:
 
 
 def package_version(name: str) -> str:
+    """Version of an installed package, or that it is not installed."""
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
@@ -94,3 +111,81 @@ def package_version(name: str) -> str:
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text, for `write_file`."""
     path.write_text(text, encoding="utf-8")
+
+
+def write_history(data: RunData, folder: Path) -> None:
+    """history.csv, whole."""
+    rows = zip(*(data.history[name].tolist() for name in COLUMN_NAMES), strict=True)
+    lines = [COLUMN_NAMES, *(tuple(map(format_value, row)) for row in rows)]
+    text = "".join(",".join(line) + "\n" for line in lines)
+    write_file(folder / "history.csv", lambda path: write_text(path, text))
+
+
+def write_scene(scene: Scene, folder: Path) -> None:
+    """scene.toml, with the files that it names beside it, so that it runs from there.
+
+    Raises
+    ------
+    SceneError
+        If the material has a softening curve that no file can hold.
+    """
+    data = copy.deepcopy(scene.data)
+    try:
+        softening_data(scene.material.softening)
+    except ParameterError as error:
+        raise SceneError(f"material.{error}", "material.softening") from None
+    for table in ("reference", "specimen"):
+        name = data.get(table, {}).get("file")
+        if name is not None:
+            source = scene.file(name)
+            data[table]["file"] = source.name
+            if source.resolve() != (folder / source.name).resolve():
+                write_file(folder / source.name, partial(shutil.copyfile, source))
+    write_file(folder / "scene.toml", lambda path: write_text(path, dump_toml(data)))
+
+
+def write_frames(data: RunData, folder: Path) -> None:
+    """Frames as VTU with one PVD, in place of those of an earlier run."""
+    for old in (*folder.glob("frame_*.vtu"), folder / "frames.pvd"):
+        old.unlink(missing_ok=True)
+    collection = []
+    for row in data.frame_rows():
+        frame = data.frame(row)
+        name = f"frame_{frame.step:04d}.vtu"
+        mesh = frame_mesh(data.model, frame)
+        # compressing takes ten times as long as writing, for a third of the size
+        write_file(folder / name, partial(meshio.write, mesh=mesh, compression=None))
+        collection.append(f'    <DataSet timestep="{frame.step}" part="0" file="{name}"/>')
+    if collection:
+        pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+        pvd += "\n".join(collection) + "\n  </Collection>\n</VTKFile>\n"
+        write_file(folder / "frames.pvd", lambda path: write_text(path, pvd))
+
+
+def write_run(data: RunData, folder: Path) -> None:
+    """run.json: the scene, what came out, what it took, and the versions of what it ran with."""
+    facts = json.dumps(_facts(data), indent=2, default=repr) + "\n"
+    write_file(folder / "run.json", lambda path: write_text(path, facts))
+
+
+def _facts(data: RunData) -> dict[str, Any]:
+    packages = ("cohesive-cracks", "numpy", "scipy", "gmsh", "meshio", "matplotlib")
+    return {
+        "scene": data.scene.data,
+        "notes": data.notes,
+        "peak_load": data.peak_load,
+        "opening_at_peak": data.opening_at_peak,
+        "dissipated_energy": data.dissipated_energy,
+        "full_energy": data.full_energy,
+        "energy_error": data.energy_error,
+        "model": data.scene.model.kind,
+        "width": data.model.cracks.width,
+        "condensation": data.model.condensation.kind,
+        "library": data.model.library,
+        "total_dofs": data.total_dofs,
+        "active_dofs": data.active_dofs,
+        "steps": len(data.states),
+        "iterations": data.iterations,
+        "timings": data.timings,
+        "versions": {"python": platform.python_version()} | {name: package_version(name) for name in packages},
+    }

@@ -1,4 +1,4 @@
-"""The printed summary of a run."""
+"""The printed summary of a run, and what a reader of its curve should be wary of."""
 
 from __future__ import annotations
 
@@ -7,83 +7,92 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meshing.solids import Extruded
-
 from ..elements.bulk import ElasticBlock
 from ..elements.rotations import major_stress
+from ..law.softening_choice import softening_name
 
 if TYPE_CHECKING:
-    from ..model.build import Model
+    from ..model.model import Model
     from ..scenes.scene import Scene
-    from .result import Result
+    from .run_data import RunData
 
 #: planes of a band that depart more than this from the path make it stiffer than a discrete crack, degrees
 _DEPARTURE = 10.0
 
-#: part of the work that no energy accounts for, beyond which a curve is not to be trusted
+#: a curve is not to be trusted if no energy accounts for more than this part of the work
 _UNBALANCED = 0.05
 
-#: major stress in the elastic bulk, over ft, and the part of its volume beyond it, which cannot be without cracks off the path
+#: the bulk would crack off the path if its major stress over ft is larger in more than this part of its volume
 _OVERLOADED, _OVERLOADED_SHARE = 1.5, 0.1
 
 
-def summary(result: Result) -> str:
+def summary(data: RunData) -> str:
     """What was modelled, what came out, and what to be wary of."""
-    h, w = result.history, "l_ch" if result.model.is_smeared else "w"
-    lines = [result.scene.title, *describe(result.scene, result.model), *result.notes, *warnings(result)]
+    h = data.history
+    lines = [data.scene.title, *describe(data.scene, data.model), *data.notes, *warnings(data)]
     if not len(h["step"]):
         return "\n".join([*lines, "no step converged"])
-    full = ""
-    if result.full_energy is not None:
-        left = 1.0 - h["dissipated"][-1] / result.full_energy
-        rest = f"{100 * left:.1f} % is left" if left >= 0 else "sliding takes more, and contact returns some of it"
-        full = f" of {result.full_energy:.5g} N mm = (Gf + ft^2 {w} / 2E) x crack area; {rest}"
+    full = _full_energy(data)
     last = h["load"][-1] / max(abs(h["load"]).max(), 1e-300)
     energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}
-    timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in result.timings.items())
+    timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in data.timings.items())
     lines += [
-        f"peak load: {result.peak_load:.5g} N at opening {result.opening_at_peak:.4g} mm",
+        f"peak load: {data.peak_load:.5g} N at opening {data.opening_at_peak:.4g} mm",
         f"dissipated: {h['dissipated'][-1]:.5g} N mm{full}; the last load is {100 * last:.1f} % of the largest",
         f"energy balance: work {h['work'][-1]:.5g} = "
         + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
-        + f" N mm, error {result.energy_error:.1e} of the work"
-        + (": smaller steps will close it" if result.energy_error > 1e-2 else ""),
-        _of_the_crack(result),
-        f"steps: {len(h['step'])}, iterations: {result.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
+        + f" N mm, error {data.energy_error:.1e} of the work"
+        + (": smaller steps will close it" if data.energy_error > 1e-2 else ""),
+        _crack_line(data),
+        f"steps: {len(h['step'])}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
-    if result.reference is not None:
-        checks = result.reference.check(h["opening"], h["load"])
-        lines.append(f"{result.reference.label}: {sum(c[3] for c in checks)} of {len(checks)} points inside the band")
-        lines += [
-            f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
-            for x, y, away, inside in checks
-            if not inside
-        ]
-    return "\n".join(lines)
+    return "\n".join(lines + _reference_lines(data))
 
 
-def warnings(result: Result) -> list[str]:
+def _full_energy(data: RunData) -> str:
+    """How much the dissipation is of that of mode I separation, in words; empty if the crack area is not known."""
+    if data.full_energy is None:
+        return ""
+    left = 1.0 - data.history["dissipated"][-1] / data.full_energy
+    rest = f"{100 * left:.1f} % is left" if left >= 0 else "sliding takes more, and contact returns some of it"
+    width = "l_ch" if data.model.is_smeared else "w"
+    return f" of {data.full_energy:.5g} N mm = (Gf + ft^2 {width} / 2E) x crack area; {rest}"
+
+
+def _reference_lines(data: RunData) -> list[str]:
+    """How many measured points the run meets, and those that it does not."""
+    if data.reference is None:
+        return []
+    checks = data.reference.check(data.history["opening"], data.history["load"])
+    return [f"{data.reference.label}: {sum(c[3] for c in checks)} of {len(checks)} points inside the band"] + [
+        f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
+        for x, y, away, inside in checks
+        if not inside
+    ]
+
+
+def warnings(data: RunData) -> list[str]:
     """What a reader of the curve should be wary of."""
-    load, found = result.history["load"], []
+    load, found = data.history["load"], []
     if not len(load):
         return []
-    peak = int(load.argmax())
-    if result.peak_load <= 0:
+    peak = data.peak_row
+    if data.peak_load <= 0:
         found.append(f"warning: no load is positive, they go down to {load.min():.5g} N; check the direction of the drive")
     elif peak in (0, len(load) - 1):
         which = "first" if peak == 0 < len(load) - 1 else "last"
         found.append(f"warning: the largest load comes with the {which} step; the true peak may lie outside")
-    if result.energy_error > _UNBALANCED:
+    if data.energy_error > _UNBALANCED:
         found.append(
-            f"warning: {100 * result.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
+            f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    if not result.model.is_smeared and (overload := _overload(result)):
+    if not data.model.is_smeared and (overload := _overload(data)):
         found.append(overload)
-    locking = {block.kind for block in result.model.band} & {"triangle", "tetra"}
+    locking = {block.kind for block in data.model.band} & {"triangle", "tetra"}
     if locking:
         found.append(f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high")
-    departure = _departure(result)
+    departure = _departure(data)
     if departure > _DEPARTURE:
         found.append(
             f"warning: the crack planes depart from the path by {departure:.0f} degrees in the mean; the band is stiffer "
@@ -100,19 +109,19 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
         return f"{sum(len(block.cells) for block in blocks)} {what}{kinds} elements"
 
     whole = "one half of a symmetric body, " if scene.model.half else ""
-    bulk = count(model.blocks, "linear elastic ") + " and " if model.blocks else ""
+    bulk = count(model.bulk, "linear elastic ") + " and " if model.bulk else ""
     points = f"{len(model.cracks.weights)} points"
     left_out = "cracks off the given path, "
-    if not model.is_smeared:
-        cracks = f"{len(model.mesh.cells[-1].data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
+    if model.mesh.crack is not None:
+        cracks = f"{len(model.mesh.crack.data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
     elif model.cracks.faces is not None:
         cracks = f"a crack band of {count(model.band)}, {points}, width {model.cracks.width:.3g} mm"
         left_out = "cracks off the band, "
     else:
         cracks = f"{count(model.band)} that may crack, {points}"
-        left_out = "cracks off the band, " if model.blocks else ""
+        left_out = "cracks off the band, " if model.bulk else ""
     return (
-        f"modelled: {whole}{bulk}{cracks}, {_space(scene, model)}",
+        f"modelled: {whole}{bulk}{cracks}, {softening_name(scene.material.softening)} softening, {_dimension(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
         + (", the rest eliminated once" if model.condensation.kind == "condensed" else ", nothing condensed")
         + (f" ({model.condensation.why})" if model.condensation.why else "")
@@ -121,23 +130,23 @@ def describe(scene: Scene, model: Model) -> Sequence[str]:
     )
 
 
-def _space(scene: Scene, model: Model) -> str:
-    """Of what dimension, and what holds the faces of a body of some thickness."""
-    if model.mesh.points.shape[1] == 2:
+def _dimension(scene: Scene, model: Model) -> str:
+    """Dimension of the body, and what holds its faces."""
+    if model.mesh.dimension == 2:
         return f"in plane {scene.model.plane}"
-    if not isinstance(scene.specimen, Extruded):
+    if not scene.is_extruded:
         return "in three dimensions"
     return f"in three dimensions with front and back {'held' if scene.model.plane == 'strain' else 'free'}"
 
 
-def _of_the_crack(result: Result) -> str:
-    """What the width of the crack plane does."""
-    cracks, m = result.model.cracks, result.scene.material
-    if not result.model.is_smeared:
-        what = "the opening" if result.gauge_is_elastic else "the driven motion"
-        added = 100 * result.added_compliance()
+def _crack_line(data: RunData) -> str:
+    """What the width of the crack plane adds: to the elastic compliance, or in a band to Gf."""
+    cracks, m = data.model.cracks, data.scene.material
+    if not data.model.is_smeared:
+        what = "the opening" if data.gauge_is_elastic else "the driven motion"
+        added = 100 * data.added_compliance()
         return f"elastic compliance of {what}: +{added:.2f} % from the interface width of {cracks.width:.3g} mm"
-    planes = result.last.cracks.planes
+    planes = data.last.cracks.planes
     damaged = planes.Z > planes.length * m.ft / m.E
     if not damaged.any():
         return "no crack has opened"
@@ -150,12 +159,12 @@ def _of_the_crack(result: Result) -> str:
     )
 
 
-def _overload(result: Result) -> str:
-    """Whether the elastic bulk carries at the peak what would crack it elsewhere, in words."""
-    model, ft = result.model, result.scene.material.ft
-    frame = result.frame(int(result.history["load"].argmax()))
+def _overload(data: RunData) -> str:
+    """A warning if the bulk would crack off the path at the peak; empty if not."""
+    model, ft = data.model, data.scene.material.ft
+    frame = data.frame(data.peak_row)
     over = np.concatenate([major_stress(stress) for stress in frame.stress]) / ft
-    volume = np.concatenate([block.volumes() for block in model.blocks])
+    volume = np.concatenate([block.volumes() for block in model.bulk])
     share = float(volume[over > _OVERLOADED].sum() / volume.sum())
     if share < _OVERLOADED_SHARE:
         return ""
@@ -165,13 +174,13 @@ def _overload(result: Result) -> str:
     )
 
 
-def _departure(result: Result) -> float:
+def _departure(data: RunData) -> float:
     """Mean angle between the open planes of a band and its path, degrees, weighted with their opening."""
-    rotations = result.model.cracks.rotations
-    if not result.model.is_smeared or rotations is None:
+    rotations = data.model.cracks.rotations
+    if not data.model.is_smeared or rotations is None:
         return 0.0
-    planes = result.last.cracks.planes
-    opening = np.maximum(planes.length * planes.strain[:, 0], 0.0) * (planes.Z > 0.01 * result.scene.material.Zm)
+    planes = data.last.cracks.planes
+    opening = np.maximum(planes.length * planes.strain[:, 0], 0.0) * (planes.Z > 0.01 * data.scene.material.Zm)
     if not opening.any():
         return 0.0
     cosine = abs(np.einsum("ci,ci->c", planes.rotation[:, 0], rotations[planes.point, 0]))

@@ -1,4 +1,4 @@
-"""A deformed solid body and its crack surface, in the view of a reader who stands in front of it."""
+"""A deformed 3D body and its crack surface, seen from in front of it."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from meshing.star import Star, n_corners
+from meshing.stars import Star
 
 from ..arrays import Array, Index
 
 if TYPE_CHECKING:
     from .frames import Frame
-    from .result import Result
+    from .run_data import RunData
 
-#: degrees, y up: coordinates on matplotlib's axes, of which the third one stands upright
+#: view in degrees, and the coordinates on matplotlib's axes: the third one, y, stands upright
 _ELEVATION, _AZIMUTH, _ON_AXES = 22.0, 32.0, [2, 0, 1]
 
-#: of a crack that may be anywhere the cells are shown that are open by this part of the widest
+#: a crack that may be anywhere is shown by the cells that are open by this part of the widest
 _SHOWN = 0.05
 
 _OPENING = "crack opening (mm)"
 
-#: of a scale, over its middle: below that its labels would need more digits than there is room for
+#: smallest spread of a scale, over its middle: a smaller one would need labels with too many digits
 _LEAST_SPREAD = 1e-3
 
 
-def draw_body(figure: Figure, left: float, result: Result, warped: Array, stress: Array) -> Poly3DCollection:
+def draw_body(figure: Figure, left: float, data: RunData, warped: Array, stress: Array) -> Poly3DCollection:
     """The outer faces that the reader sees, crack faces included, with the stress of their cells."""
-    blocks = [(block.kind, block.cells) for block in (*result.model.blocks, *result.model.band)]
+    blocks = [(block.kind, block.cells) for block in (*data.model.bulk, *data.model.band)]
     nodes, cell = outer_faces(blocks)
     corners = warped[nodes]
     outward = -np.cross(corners[:, 2] - corners[:, 0], corners[:, 3 % nodes.shape[1]] - corners[:, 1])
@@ -40,13 +40,11 @@ def draw_body(figure: Figure, left: float, result: Result, warped: Array, stress
     return _draw(figure, left, warped, corners[seen], stress[cell[seen]], "major principal stress (MPa)", "viridis")
 
 
-def draw_crack(figure: Figure, left: float, result: Result, frame: Frame, warped: Array) -> Poly3DCollection:
-    """The crack surface coloured by its opening, mm; of a crack that may be anywhere the cells that are open."""
-    model, opening = result.model, frame.cracks["opening"]
+def draw_crack(figure: Figure, left: float, data: RunData, frame: Frame, warped: Array) -> Poly3DCollection:
+    """The crack surface coloured by its opening, mm; for a crack that may be anywhere, the cells that are open."""
+    model, opening = data.model, frame.cracks["opening"]
     if model.cracks.faces is not None:
-        block = model.mesh.cells[-1]
-        minus = block.data[:, : n_corners(block.type)]
-        return _draw(figure, left, warped, warped[minus], opening, _OPENING, "plasma")
+        return _draw(figure, left, warped, warped[model.mesh.minus_faces], opening, _OPENING, "plasma")
     shown = opening > _SHOWN * max(opening.max(initial=0.0), 1e-300)
     first, blocks, values = 0, [], []
     for block in model.band:
@@ -59,8 +57,8 @@ def draw_crack(figure: Figure, left: float, result: Result, frame: Frame, warped
 
 
 def outer_faces(cells: list[tuple[str, Index]]) -> tuple[Index, Index]:
-    """Corners (n, k) of the faces that belong to one cell only, their normal into it, and that cell. Faces of a hexahedron
-    that stands for a prism may have equal corners."""
+    """Corners (n, k) of the faces that belong to one cell only, their normal into it, and that cell (n,). A hexahedron
+    that stands for a prism may have faces with equal corners."""
     star = Star.from_cells(cells)
     corners = star.nodes[:, : star.corners]
     _, number, count = np.unique(np.sort(corners, axis=1), axis=0, return_inverse=True, return_counts=True)

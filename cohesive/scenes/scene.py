@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
-import math
-import reprlib
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
@@ -13,51 +10,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
-from meshing import (
-    MeshError,
-    MeshSizes,
-    MixedModePlate,
-    NotchedBeam,
-    NotchedBeam3D,
-    NotchedTension,
-    PushOff,
-    PushOff3D,
-    SandwichPanel,
-    SingleCrack,
-    SingleCrack3D,
-)
-from meshing.cracks import path_length
-from meshing.solids import Extruded
+from meshing.errors import MeshError
+from meshing.sizes import MeshSizes
+from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import SceneError
-from ..law.concrete import PRESETS, Concrete
+from ..law.concrete import PRESETS, Concrete, with_preset
 from ..solver.stages import Stage
-from .checks import build_table, check_known, hint, is_a, table_of
-from .tables import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions, UserMesh
+from .checks import RENAMED_KINDS, build_table, check_known, hint, is_a, refuse, table_of
+from .tables import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
 
-Specimen = NotchedBeam | NotchedTension | MixedModePlate | SandwichPanel | PushOff | SingleCrack | SingleCrack3D | UserMesh
+#: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
+ELEMENTS_IN_ZONE, COARSENING = 15, 8.0
 
-SPECIMENS: dict[str, type[Specimen]] = {
-    "notched-beam": NotchedBeam,
-    "notched-tension": NotchedTension,
-    "mixed-mode-plate": MixedModePlate,
-    "sandwich-panel": SandwichPanel,
-    "push-off": PushOff,
-    "single-crack": SingleCrack,
-    "notched-beam-3d": NotchedBeam3D,
-    "push-off-3d": PushOff3D,
-    "single-crack-3d": SingleCrack3D,
-    "mesh": UserMesh,
-}
+TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
 
-#: default element sizes: elements along the crack, elements to E Gf / ft^2, and the far size over the crack size
-ELEMENTS_ALONG, ELEMENTS_IN_ZONE, COARSENING = 25, 15, 8.0
-
-#: elements along either side of a crack surface that no path describes: twice as many would make an iteration 64 times dearer
-ELEMENTS_ON_SIDE = 12
-
-_TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
+_BUILTIN = resources.files("cohesive.scenes") / "builtin"
 
 
 class Scene:
@@ -76,7 +46,7 @@ class Scene:
     Attributes
     ----------
     data : dict, as given (a copy)
-    title, specimen, sizes, material, interface, model, band, stages, solver, reference, output : checked parts
+    title, kind, specimen, sizes, material, interface, model, band, stages, solver, reference, output : checked parts
     """
 
     def __init__(self, data: Mapping[str, Any], folder: str | Path = ".") -> None:
@@ -84,56 +54,96 @@ class Scene:
             raise SceneError(f"Scene({data!r}): expected a dict with the tables of a scene; Scene.load(name) reads files")
         self.data: dict[str, Any] = _plain(data)
         self.folder = Path(folder)
-        check_known("", self.data, _TABLES)
+        check_known("", self.data, TABLES)
         self.title = self.data.get("title", "untitled")
         if not isinstance(self.title, str):
-            raise SceneError(f"title = {self.title!r}: expected a string")
-        table = table_of(self.data, "specimen", required=True)
-        kind = table.pop("kind", None)
-        if kind is None:
-            raise SceneError(f"specimen.kind is missing: expected one of {', '.join(SPECIMENS)}")
-        if not isinstance(kind, str) or kind not in SPECIMENS:
-            names = ", ".join(SPECIMENS)
-            raise SceneError(f"specimen.kind = {reprlib.repr(kind)}: expected one of {names}{hint(kind, SPECIMENS)}")
-        self.kind: str = kind
-        self.specimen: Specimen = build_table(SPECIMENS[kind], table, "specimen")
-        if kind == "mesh":
-            if "mesh" in self.data:
-                raise SceneError("mesh: a specimen of kind 'mesh' brings its own mesh; expected no [mesh] table")
-            self.sizes = None
+            raise refuse("title", self.title, "a string")
+        self.kind, self.specimen = self._specimen()
         self.material = _material(table_of(self.data, "material", required=True))
-        if not isinstance(self.specimen, UserMesh):
-            self.sizes = build_table(MeshSizes, self._sizes(table_of(self.data, "mesh")), "mesh")
+        self.sizes = self._sizes()
         self.interface = build_table(InterfaceOptions, table_of(self.data, "interface"), "interface")
         self.model = build_table(ModelOptions, table_of(self.data, "model"), "model")
         self.band = build_table(BandOptions, table_of(self.data, "band"), "band")
-        if self.band.width is not None and (kind == "mesh" or self.band.where == "everywhere"):
-            what = "a mesh of your own" if kind == "mesh" else "band.where = 'everywhere'"
-            raise SceneError(f"band.width = {self.band.width:g}: with {what} the elements give it; expected no width")
         self.solver = build_table(SolverOptions, table_of(self.data, "solver"), "solver")
         self.output = build_table(OutputOptions, table_of(self.data, "output"), "output")
-        self.reference = (
-            build_table(ReferenceOptions, table_of(self.data, "reference"), "reference") if "reference" in self.data else None
-        )
-        if isinstance(self.specimen, SingleCrack3D) and self.model.plane == "strain":
-            raise SceneError("model.plane = 'strain': a single-crack-3d is no plane body; expected no such key")
-        if self.sizes is not None and self.model.kind == "smeared" and self.band.where == "path":
-            self._check_band(self.sizes)
-        if self.model.half and self.model.kind == "smeared":
+        self.reference = self._reference()
+        self._check_model()
+        self.stages = self._stages()
+
+    def _specimen(self) -> tuple[str, Specimen]:
+        """Kind and specimen."""
+        table = table_of(self.data, "specimen", required=True)
+        kind = table.pop("kind", None)
+        names = ", ".join(SPECIMENS)
+        if kind is None:
+            raise SceneError(f"specimen.kind is missing: expected one of {names}", "specimen.kind")
+        if isinstance(kind, str) and kind in RENAMED_KINDS:
+            raise refuse("specimen.kind", kind, RENAMED_KINDS[kind])
+        if not isinstance(kind, str) or kind not in SPECIMENS:
+            raise refuse("specimen.kind", kind, f"one of {names}{hint(kind, SPECIMENS)}")
+        return kind, build_table(SPECIMENS[kind], table, "specimen").located(self.file)
+
+    def _sizes(self) -> MeshSizes | None:
+        """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
+        if not self.specimen.is_sized:
+            if "mesh" in self.data:
+                raise SceneError(
+                    f"mesh: a specimen of kind '{self.kind}' brings its own mesh; expected no [mesh] table", "mesh"
+                )
+            return None
+        table = table_of(self.data, "mesh")
+        if "crack_size" not in table:
+            along, zone = self.crack_length / self.specimen.elements_along, self.material.zone_length
+            table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
+        if "far_size" not in table and is_a(table["crack_size"], float):
+            table["far_size"] = COARSENING * table["crack_size"]
+        return build_table(MeshSizes, table, "mesh")
+
+    def _reference(self) -> ReferenceOptions | None:
+        if "reference" not in self.data:
+            return None
+        reference = build_table(ReferenceOptions, table_of(self.data, "reference"), "reference")
+        if not self.file(reference.file).is_file():
             raise SceneError(
-                "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
+                f"reference.file = {reference.file!r}: there is no file {self.file(reference.file)}", "reference.file"
             )
-        if self.model.half and not getattr(self.specimen, "is_symmetric", False):
+        return reference
+
+    def _check_model(self) -> None:
+        """Refuse models that the specimen does not have."""
+        model, dimensions = self.model, self.specimen.dimensions
+        if model.dimension is not None and model.dimension not in dimensions:
+            what = f"{' or '.join(map(str, dimensions))} with a {self.kind}" if dimensions else "no such key, the mesh tells"
+            raise refuse("model.dimension", model.dimension, what)
+        if dimensions == (3,) and model.plane == "strain":
+            raise SceneError(f"model.plane = 'strain': a {self.kind} is no plane body; expected no such key", "model.plane")
+        if self.band.width is not None and (self.sizes is None or self.band.where == "everywhere"):
+            what = "a mesh of your own" if self.sizes is None else "band.where = 'everywhere'"
             raise SceneError(
-                f"model.half = true: this {kind} is not symmetric about its crack; expected a notched-beam or "
-                "notched-beam-3d with its notch at mid-span, or a notched-tension, with the default crack path"
+                f"band.width = {self.band.width:g}: with {what} the elements give it; expected no width", "band.width"
             )
-        if self.reference is not None and not self.file(self.reference.file).is_file():
-            raise SceneError(f"reference.file = {self.reference.file!r}: there is no file {self.file(self.reference.file)}")
+        if self.sizes is not None and model.kind == "smeared" and self.band.where == "path":
+            try:
+                self.specimen.check_band(self.sizes, dimension=self.dimension)
+            except MeshError as error:
+                raise SceneError(str(error), error.key) from None
+        if model.half and model.kind == "smeared":
+            raise SceneError(
+                "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'",
+                "model.half",
+            )
+        if model.half and self.specimen.symmetry() is None:
+            raise SceneError(
+                f"model.half = true: this {self.kind} is not symmetric about its crack; expected a notched-beam with its "
+                "notch at mid-span, or a notched-tension, with the default crack path",
+                "model.half",
+            )
+
+    def _stages(self) -> list[Stage]:
         stages = self.data.get("stage")
         if not isinstance(stages, list) or not stages or not all(isinstance(entry, dict) for entry in stages):
-            raise SceneError("stage is missing or not a list of tables: expected at least one [[stage]]")
-        self.stages = [build_table(Stage, dict(entry), f"stage.{i}") for i, entry in enumerate(stages)]
+            raise SceneError("stage is missing or not a list of tables: expected at least one [[stage]]", "stage")
+        return [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
 
     @classmethod
     def load(cls, source: str | Path) -> Scene:
@@ -156,7 +166,7 @@ class Scene:
                     f"scene '{source}': no such file, and no built-in scene of that name; built in are "
                     f"{', '.join(names)}{hint(str(source), names)}"
                 )
-            path = Path(str(_SCENES / f"{source}.toml"))
+            path = Path(str(_BUILTIN / f"{source}.toml"))
         try:
             data = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
@@ -190,65 +200,67 @@ class Scene:
                 raise SceneError(f"{key}: there is no such key in the scene")
         return Scene(data, self.folder)
 
-    def _check_band(self, sizes: MeshSizes) -> None:
-        """Refuse a crack band that the specimen does not have."""
-        assert not isinstance(self.specimen, UserMesh)
-        try:
-            self.specimen.check_band(sizes)
-        except MeshError as error:
-            raise SceneError(str(error)) from None
+    @property
+    def dimension(self) -> int:
+        """Dimension in which a sized specimen is modelled."""
+        return self.model.dimension or min(self.specimen.dimensions, default=2)
 
     @property
     def is_solid(self) -> bool:
-        """Whether a built-in specimen is modelled in three dimensions."""
-        return isinstance(self.specimen, (Extruded, SingleCrack3D))
+        """Whether a sized specimen is modelled in 3D."""
+        return self.dimension == 3
+
+    @property
+    def is_extruded(self) -> bool:
+        """Whether a 2D specimen is extruded over its thickness."""
+        return self.is_solid and 2 in self.specimen.dimensions
 
     @property
     def crack_length(self) -> float:
-        """Length of the crack path of a built-in specimen, mm; of a crack without one the root of its area."""
-        assert not isinstance(self.specimen, UserMesh)
-        if isinstance(self.specimen, SingleCrack3D):
-            return math.sqrt(self.specimen.crack_area)
+        """Length of the crack path of a sized specimen, mm; that of a crack without one is the root of its area."""
         try:
-            return path_length("crack", self.specimen.paths)
+            length = self.specimen.path_length
         except MeshError as error:
-            raise SceneError(f"specimen.{error}") from None
+            raise SceneError(f"specimen.{error}", f"specimen.{error.key}") from None
+        assert length is not None
+        return length
 
     @property
     def crack_area(self) -> float:
-        """Area of the crack of a built-in specimen, mm^2."""
-        if isinstance(self.specimen, SingleCrack3D):
-            return self.specimen.crack_area
-        assert self.specimen.thickness is not None
-        return self.crack_length * self.specimen.thickness
-
-    def _sizes(self, table: dict[str, Any]) -> dict[str, Any]:
-        """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
-        if "crack_size" not in table:
-            along = ELEMENTS_ON_SIDE if isinstance(self.specimen, SingleCrack3D) else ELEMENTS_ALONG
-            table["crack_size"] = min(self.crack_length / along, self.material.characteristic_length / ELEMENTS_IN_ZONE)
-        if "far_size" not in table and is_a(table["crack_size"], float):
-            table["far_size"] = COARSENING * table["crack_size"]
-        return table
+        """Area of the crack of a sized specimen, mm^2."""
+        area = self.specimen.crack_area
+        assert area is not None
+        return area
 
     @property
     def band_width(self) -> float:
-        """Width of the band along the path of a built-in specimen, mm: the crack size, where the scene names none."""
+        """Width of the band along the path of a sized specimen, mm: the crack size, if the scene names none."""
         assert self.sizes is not None
         return self.sizes.crack_size if self.band.width is None else self.band.width
 
     def file(self, name: str) -> Path:
         """A file that the scene names: beside it, or one that comes with the built-in scenes."""
-        beside, bundled = self.folder / name, Path(str(_SCENES / Path(name).name))
+        beside, bundled = self.folder / name, Path(str(_BUILTIN / Path(name).name))
         return bundled if not beside.exists() and bundled.is_file() else beside
-
-
-_SCENES = resources.files("cohesive.scenes") / "builtin"
 
 
 def built_in() -> list[str]:
     """Names of the built-in scenes."""
-    return sorted(entry.name[:-5] for entry in _SCENES.iterdir() if entry.name.endswith(".toml"))
+    return sorted(entry.name[:-5] for entry in _BUILTIN.iterdir() if entry.name.endswith(".toml"))
+
+
+def dump_toml(data: Mapping[str, Any]) -> str:
+    """A scene's dict as TOML text; what is None is left out."""
+    text: str = tomli_w.dumps(_without_none(data))
+    return text
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_none(entry) for key, entry in value.items() if entry is not None}
+    if isinstance(value, (list, tuple)):
+        return [_without_none(entry) for entry in value]
+    return value
 
 
 def _plain(value: Any) -> Any:
@@ -262,39 +274,16 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def dump_toml(data: Mapping[str, Any]) -> str:
-    """A scene's dict as TOML text."""
-    lines = [f"{key} = {_toml(value)}" for key, value in data.items() if not _is_tables(value)]
-    for name, value in data.items():
-        if _is_tables(value):
-            for table in value if isinstance(value, list) else [value]:
-                lines += ["", f"[[{name}]]" if isinstance(value, list) else f"[{name}]"]
-                lines += [f"{key} = {_toml(entry)}" for key, entry in table.items() if entry is not None]
-    return "\n".join(lines) + "\n"
-
-
-def _is_tables(value: Any) -> bool:
-    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + "}"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    return json.dumps(value)  # TOML's strings, numbers and booleans are JSON's
-
-
 def _item(key: str, place: Any, part: str) -> Any:
     if isinstance(place, list) and part.isdigit() and int(part) < len(place):
         return place[int(part)]
-    raise SceneError(f"{key}: there is no such key in the scene")
+    raise SceneError(f"{key}: there is no such key in the scene", key)
 
 
 def _material(table: dict[str, Any]) -> Concrete:
     preset = table.pop("preset", None)
     if preset is not None:
         if not isinstance(preset, str) or preset not in PRESETS:
-            raise SceneError(f"material.preset = {reprlib.repr(preset)}: expected one of {', '.join(PRESETS)}")
-        table = {**PRESETS[preset], **table}
+            raise refuse("material.preset", preset, f"one of {', '.join(PRESETS)}")
+        table = with_preset(preset, table)
     return build_table(Concrete, table, "material")

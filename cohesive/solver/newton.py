@@ -1,20 +1,21 @@
-"""Newton's method on the unknowns at cracks: bordered control, line search; converged states only are committed."""
+"""Newton's method for one step: a bordered system, a line search; converged states only are committed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import NoContact, NotConverged, PointFailure
-from .problem import Problem, State
+from .controls import CONTROLS, Control
+from .problem import Guess, Problem, State
 
+#: iterations after which a step is given up
 MAX_ITERATIONS = 25
 
-#: with the secant tangent, which converges linearly
+#: the same with the secant tangent, which converges linearly
 MAX_SECANT_ITERATIONS = 1000
 
 #: residual and correction up to which they may be rounding, over a stiffness that vanishes as a body comes apart
@@ -23,31 +24,42 @@ ROUNDING = 1e-6
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
 
-#: where a point has no solution, which is costly to find out, it gives up sooner
+#: it gives up sooner if a point has no solution, which is costly to find out
 SMALLEST_BEFORE_FAILURE = 0.05
 
 
 def most_iterations(problem: Problem) -> int:
-    """After which a step is given up."""
+    """Iterations after which a step is given up."""
     return MAX_SECANT_ITERATIONS if problem.secant else MAX_ITERATIONS
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A converged step that may still be thrown away."""
+    """A converged step that may still be thrown away.
+
+    Attributes
+    ----------
+    residuals : of every iterate, relative to its scale of forces
+    """
 
     state: State
     iterations: int
-    residuals: list[float] = field(repr=False)  # relative to the force scale, one for each iterate
+    residuals: list[float] = field(repr=False)
 
 
 @dataclass(frozen=True)
-class Iterate:
-    """A guess within a step: residual (N), its scale, and the control's gap over its reach, with derivatives."""
+class Iterate(Guess):
+    """A guess within a step and what it leaves unbalanced.
 
-    v: Array
-    load: float
-    cracks: Any
+    Attributes
+    ----------
+    tangent : (p, c, c) array, of the points
+    residual : (n,) array, N
+    scale : of the residual, N
+    gap : of the control, over its reach
+    row, corner : derivatives of the control's gap in the unknowns and in the load
+    """
+
     tangent: Array
     residual: Array
     scale: float
@@ -63,9 +75,9 @@ class Iterate:
 def _search(at: Callable[[Array, float], Iterate], now: Iterate, step: Array) -> tuple[Iterate, float]:
     """Line search along a Newton step: the new iterate and the step length, in (0, 1], by quadratic interpolation.
 
-    The length is 1 where none lowers the residual. At a corner of the law it may have to rise: a point that is
+    The length is 1 if none lowers the residual. At a corner of the law it may have to rise: a point that is
     about to be damaged passes from its stiffest to a falling branch, and only the tangent beyond the corner
-    knows the way on. A step that leads a point to where it has no solution is shortened.
+    knows the way on. A step in which a point has no solution is shortened.
     """
     merit, size = now.merit(now.scale), 1.0
     full: Iterate | None = None
@@ -103,9 +115,9 @@ def advance(
     Parameters
     ----------
     start : State, not changed.
-    control : "opening" | "sliding" | "load" | "driven" | "dissipation"
-    target : value that the controlled quantity reaches (dissipation: N mm in all).
-    reversal : start from the unloading tangent, where a point has two.
+    control : name of a control, as a stage gives it.
+    target : value that the controlled quantity reaches.
+    reversal : start from the unloading tangent if a point has two.
     damping : stress that resists the change of the deformation, see `snap_through`.
     reach : scale of the controlled quantity; default: the distance to the target.
 
@@ -114,98 +126,106 @@ def advance(
     NotConverged
         With the iteration count, the residual and the worst point.
     """
-    reach = max(abs(target - problem.measure(control, start)), 1e-300) if reach is None else reach
+    asked = CONTROLS[control]
+    reach = max(abs(target - asked.value(problem, start)), 1e-300) if reach is None else reach
     with np.errstate(over="ignore", invalid="ignore"):  # of an iterate that runs away, which the residual tells
-        return _advance(problem, start, control, target, reversal, damping, reach)
-
-
-def _advance(
-    problem: Problem, start: State, control: str, target: float, reversal: bool, damping: float, reach: float
-) -> Equilibrium:
-    trial = _newton(problem, start, start, control, target, reversal, damping, reach)
-    while (grown := problem.point_law.nucleate(start.cracks, trial.state.cracks)) is not None:
-        start = replace(start, cracks=grown)
-        again = _newton(problem, start, trial.state, control, target, False, damping, reach)
-        trial = Equilibrium(again.state, trial.iterations + again.iterations, trial.residuals + again.residuals)
+        trial = _newton(_Equations(problem, start, asked, target, damping, reach), start, reversal)
+        while (nucleated := problem.point_law.nucleate(start.cracks, trial.state.cracks)) is not None:
+            start = replace(start, cracks=nucleated)
+            again = _newton(_Equations(problem, start, asked, target, damping, reach), trial.state, False)
+            trial = Equilibrium(again.state, trial.iterations + again.iterations, trial.residuals + again.residuals)
     return trial
 
 
-def _newton(
-    problem: Problem, start: State, guess: State, control: str, target: float, reversal: bool, damping: float, reach: float
-) -> Equilibrium:
-    """Newton's method with the crack planes that there are."""
+@dataclass(frozen=True)
+class _Equations:
+    """The equations of one step, with the crack planes that there are."""
 
-    limit = most_iterations(problem)
+    problem: Problem
+    start: State
+    control: Control
+    target: float
+    damping: float
+    reach: float
 
-    def at(v: Array, load: float, frozen: bool = False) -> Iterate:
+    def at(self, v: Array, load: float, frozen: bool = False) -> Iterate:
+        """The iterate with these unknowns and this load; with `frozen` by the unloading tangent."""
+        problem, start = self.problem, self.start
         deformation = problem.operator.deformation(v)
         cracks, tangent = problem.point_law.update(deformation, start.cracks, frozen or problem.secant)
         stress = cracks.stress
-        if damping:
-            tangent = tangent + damping * np.eye(tangent.shape[1])
-            stress = stress + damping * (deformation - start.cracks.deformation)
+        if self.damping:
+            tangent = tangent + self.damping * np.eye(tangent.shape[1])
+            stress = stress + self.damping * (deformation - start.cracks.deformation)
         crack = problem.operator.force(stress)
         residual = problem.unbalanced(problem.bulk(v) + crack - load * problem.drive)
-        scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * problem.full_strength)
-        gap, row, corner = _control(problem, control, target, start, v, load, cracks)
-        return Iterate(v, load, cracks, tangent, residual, scale, gap / reach, row, corner)
+        scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * problem.strength)
+        asked = self.control.equation(problem, self.target, start, Guess(v, load, cracks))
+        return Iterate(v, load, cracks, tangent, residual, scale, asked.gap / self.reach, asked.row, asked.corner)
 
+    def correction(self, now: Iterate) -> Array:
+        """Newton's step from an iterate: changes of the unknowns and of the load, (n + 1,)."""
+        problem = self.problem
+        entries = problem.entries(now.tangent)
+        step = problem.stiffness.solve(
+            entries, problem.drive, now.row, now.corner, -now.residual, -now.gap * self.reach, problem.free
+        )
+        if not np.isfinite(step).all():
+            raise NotConverged("the tangent stiffness is singular")
+        return step
+
+    def is_converged(self, now: Iterate, error: float, correction: float) -> bool:
+        """Whether residual, gap and the last correction are all within the tolerance, or rounding."""
+        tol = self.problem.tol
+        rounding = 4 * np.finfo(float).eps * self.problem.rounding * float(abs(now.v).max())
+        # rounding excuses little: a part that flies off has a large one
+        is_rounding = error <= min(rounding, ROUNDING * now.scale)
+        balanced = error <= tol * now.scale or is_rounding
+        is_small = correction <= (max(tol, ROUNDING) if is_rounding else tol)
+        return balanced and abs(now.gap) <= tol and is_small
+
+
+def _newton(step: _Equations, guess: State, reversal: bool) -> Equilibrium:
+    """Newton's method from a guess."""
+    problem, limit = step.problem, most_iterations(step.problem)
+    residuals: list[float] = []
+    correction = np.inf
     try:
-        now = at(guess.v, guess.load, frozen=reversal)
-        residuals: list[float] = []
-        correction = np.inf
+        now = step.at(guess.v, guess.load, frozen=reversal)
         for iteration in range(limit + 1):
             error = float(np.linalg.norm(now.residual))
             residuals.append(error / now.scale)
             if not np.isfinite(error):
                 raise NotConverged(f"the residual is not finite after {iteration} iterations")
-            rounding = 4 * np.finfo(float).eps * problem.rounding * float(abs(now.v).max())
-            # rounding excuses little: a part that flies off has a large one
-            is_rounding = error <= min(rounding, ROUNDING * now.scale)
-            balanced = error <= problem.tol * now.scale or is_rounding
-            settled = correction <= (max(problem.tol, ROUNDING) if is_rounding else problem.tol)
-            if balanced and abs(now.gap) <= problem.tol and settled:
-                return Equilibrium(next_state(problem, start, now), iteration, residuals)
+            if step.is_converged(now, error, correction):
+                return Equilibrium(next_state(problem, step.start, now), iteration, residuals)
             if iteration == limit:
                 break
-            entries = problem.entries(now.tangent)
-            step = problem.stiffness.solve(
-                entries, problem.drive, now.row, now.corner, -now.residual, -now.gap * reach, problem.free
-            )
-            if not np.isfinite(step).all():
-                raise NotConverged("the tangent stiffness is singular")
+            change = step.correction(now)
             if iteration or abs(now.gap) <= problem.tol:
-                now, size = _search(at, now, step)
+                now, size = _search(step.at, now, change)
             else:  # the first step moves to the target, whatever the residual says
-                now, size = at(now.v + step[:-1], now.load + float(step[-1])), 1.0
-            correction = size * float(abs(step[:-1]).max()) / max(float(abs(now.v).max()), problem.point_law.onset_jump * 1e-3)
+                now, size = step.at(now.v + change[:-1], now.load + float(change[-1])), 1.0
+            largest = max(float(abs(now.v).max()), problem.point_law.onset_jump * 1e-3)
+            correction = size * float(abs(change[:-1]).max()) / largest
     except PointFailure as error:
         raise NotConverged(f"{error} at {problem.describe(error.point)}") from error
+    raise NotConverged(_failure(problem, step.start, now, residuals[-1], correction))
+
+
+def _failure(problem: Problem, start: State, now: Iterate, residual: float, correction: float) -> str:
+    """What to say of an iteration that takes too long."""
     change = np.linalg.norm(now.cracks.stress - start.cracks.stress, axis=1)
     worst = int(np.argmax(problem.operator.weights * change))
     values = ", ".join(f"{value:.3g}" for value in now.cracks.deformation[worst])
-    raise NotConverged(
-        f"no convergence in {limit} iterations: relative residual {residuals[-1]:.1e}, correction "
+    return (
+        f"no convergence in {most_iterations(problem)} iterations: relative residual {residual:.1e}, correction "
         f"{correction:.1e}, tolerance {problem.tol:.0e}; the point that changed most is at {problem.describe(worst)}, "
         f"{problem.point_law.quantity} ({values})"
     )
 
 
-def _control(
-    problem: Problem, control: str, target: float, start: State, v: Array, load: float, cracks: Any
-) -> tuple[float, Array, float]:
-    """Gap to the target, its derivative with respect to v, and to the load."""
-    if control == "load":
-        return load - target, np.zeros_like(v), 1.0
-    if control == "dissipation":
-        increment, gradient = problem.point_law.dissipation(start.cracks, cracks)
-        total = start.dissipated + float(problem.operator.weights @ increment)
-        return total - target, problem.operator.force(gradient), 0.0
-    row = problem.drive if control == "driven" else problem.measures[control]
-    return float(row @ v) - target, row, 0.0
-
-
-def next_state(problem: Problem, start: State, now: Iterate) -> State:
+def next_state(problem: Problem, start: State, now: Guess) -> State:
     """The new state; every energy is integrated on its own."""
     weights, law = problem.operator.weights, problem.point_law
     elastic, stored = law.energies(now.cracks)

@@ -15,15 +15,42 @@ from ..arrays import Array, Index
 from ..cracks.point_law import PointLaw
 from ..errors import NotConverged
 
+#: the body is held if a known motion is found from its forces within this part of it; a body that can move without a force
+#: has been found to 3e-4 by chance
+_FOUND = 1e-5
+
 
 @dataclass(frozen=True)
-class State:
-    """A converged state and the energies on the way to it (N mm)."""
+class Guess:
+    """Where the equations of a step are evaluated.
+
+    Attributes
+    ----------
+    v : (n,) array, the unknowns, mm
+    load : N
+    cracks : state of the point law, reached from that of the step's start
+    """
 
     v: Array
     load: float
-    cracks: Any  # of the point law
-    driven: float = 0.0  # motion of the drives along their direction, mm
+    cracks: Any
+
+
+@dataclass(frozen=True)
+class State(Guess):
+    """A converged state and the energies on the way to it, N mm.
+
+    Attributes
+    ----------
+    driven : motion of the drives along their direction, mm
+    work : of the load
+    elastic : energy of the bulk, of the springs, and of the points themselves
+    stored : energy on the cracks that unloading gives back
+    dissipated : by damage
+    contact_work : of the contact tractions
+    """
+
+    driven: float = 0.0
     work: float = 0.0
     elastic: float = 0.0
     stored: float = 0.0
@@ -43,9 +70,10 @@ class Problem:
     point_law : PointLaw
     operator : CrackOperator
     stiffness : Stiffness of the elastic bulk
-    drives : (k,) array, numbers of the unknowns that are moved from outside
+    drives : (k,) array, indices of the unknowns that are moved from outside
     direction : (k,) array, unit vector along which they move and the load acts
-    area : of the crack, mm^2
+    strength : tensile strength times the crack's area, N: the scale of forces
+    energy : fracture energy times the crack's area, N mm: the scale of energies
     measures : linear measures of the unknowns by name ("opening", "sliding"), (n,) each
     tol : relative tolerance on residual and correction
     hold : whether the drives are held across the direction
@@ -60,7 +88,8 @@ class Problem:
     stiffness: Stiffness
     drives: Index
     direction: Array
-    area: float
+    strength: float
+    energy: float
     measures: dict[str, Array]
     tol: float
     hold: bool = True
@@ -69,13 +98,8 @@ class Problem:
     taken: float = 0.0
     secant: bool = False
 
-    @property
-    def full_strength(self) -> float:
-        """ft times the crack area, N."""
-        return self.point_law.concrete.ft * self.area
-
     def driven(self, angle: float, hold: bool = True) -> Problem:
-        """The same body driven at an angle (degrees) between its two drives: 0 the first, 90 the second."""
+        """The same body driven at an angle between its two drives, degrees: 0 the first, 90 the second."""
         t = np.radians(angle)
         direction = np.array([np.cos(t), np.sin(t)])
         direction[abs(direction) < 1e-15] = 0.0
@@ -85,8 +109,8 @@ class Problem:
         """The same body with its spring in place of the force that holds the first drive in this state."""
         first = self.drives[0]
         force = float(self.internal_force(state)[first])
-        place = float(state.v[first])
-        return replace(self, rest=place + force / self.spring if self.spring else place, taken=place)
+        motion = float(state.v[first])
+        return replace(self, rest=motion + force / self.spring if self.spring else motion, taken=motion)
 
     @cached_property
     def drive(self) -> Array:
@@ -117,14 +141,14 @@ class Problem:
         return self.bulk(state.v) + self.operator.force(state.cracks.stress)
 
     def elastic_energy(self, v: Array) -> float:
-        """Of the bulk and the spring, N mm."""
+        """Energy of the bulk and the spring, N mm."""
         energy = 0.5 * float(v @ self.stiffness.apply(v))
         if self.rest is not None:  # what it holds beyond the energy it was put in with
             energy += 0.5 * self.spring * ((float(v[self.drives[0]]) - self.rest) ** 2 - (self.taken - self.rest) ** 2)
         return energy
 
     def entries(self, tangent: Array) -> Entries:
-        """Tangent stiffness of the points with tangents (p, c, c), and of the spring."""
+        """Tangent stiffness of the points, with tangents (p, c, c), and of the spring."""
         rows, columns, values = self.operator.stiffness(tangent)
         if self.rest is None:
             return rows, columns, values
@@ -148,20 +172,14 @@ class Problem:
         """The unloaded, undamaged state."""
         return State(np.zeros(self.operator.size), 0.0, self.point_law.initial())
 
-    def measure(self, control: str, state: State) -> float:
-        """Value of a controlled quantity."""
-        if control == "load":
-            return state.load
-        if control == "driven":
-            return float(self.drive @ state.v)
-        if control == "dissipation":
-            return state.dissipated
-        return float(self.measures[control] @ state.v)
+    def measure(self, name: str, state: State) -> float:
+        """Value of a linear measure."""
+        return float(self.measures[name] @ state.v)
 
     def describe(self, point: int) -> str:
         """Coordinates of a point, for messages."""
-        where = np.round(self.operator.where[point], 9) + 0.0  # no -0
-        return f"({', '.join(f'{x:.4g}' for x in where)})"
+        coordinates = np.round(self.operator.where[point], 9) + 0.0  # no -0
+        return f"({', '.join(f'{x:.4g}' for x in coordinates)})"
 
     def at_rest(self, state: State) -> State:
         """The same state with the load and the motion along this direction of the drives."""
@@ -169,7 +187,7 @@ class Problem:
         return replace(state, load=float(self.drive @ force), driven=float(self.drive @ state.v))
 
     def response(self, tangent: Array) -> Array:
-        """Change of the unknowns under one more newton, with tangents (p, c, c) at the points."""
+        """Change of the unknowns under one more newton of load, (n,), with tangents (p, c, c) at the points."""
         nothing = np.zeros(self.operator.size)
         entries = self.entries(tangent)
         return self.stiffness.solve(entries, self.drive, nothing, 1.0, nothing, 1.0, self.free)[:-1]
@@ -190,7 +208,7 @@ class Problem:
             found = self.stiffness.solve(entries, nothing, nothing, 1.0, force, 0.0, self.free)[:-1]
         except NotConverged:
             return False
-        return bool(np.linalg.norm(found - motion) < 1e-3 * np.linalg.norm(motion))
+        return bool(np.linalg.norm(found - motion) < _FOUND * np.linalg.norm(motion))
 
     def is_separated(self, state: State) -> bool:
         """Whether nothing is left of the cracks' tractions: the body is in pieces."""

@@ -1,17 +1,22 @@
-"""solver/snap"""
+"""Steps that are no plain Newton steps: to the onset of damage, through a snap, and back over a snap-back."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import NotConverged
-from .newton import Equilibrium, Iterate, advance, next_state
-from .problem import Problem, State
+from .controls import CONTROLS, Control
+from .newton import Equilibrium, advance, next_state
+from .problem import Guess, Problem, State
+from .stages import DEFAULT_STEPS
+from .steps import SMALLEST_STEP, next_size
 
 #: damped steps in which a snapping crack must come to rest
-SETTLING_STEPS = 60
+SNAPPING_STEPS = 60
 
 
 def snap_through(problem: Problem, start: State, control: str, target: float, reach: float) -> Equilibrium:
@@ -28,7 +33,7 @@ def snap_through(problem: Problem, start: State, control: str, target: float, re
     """
     stiffest = float(problem.point_law.elastic().max())
     damping, iterations = stiffest, 0
-    for _ in range(SETTLING_STEPS):
+    for _ in range(SNAPPING_STEPS):
         try:
             trial = advance(problem, start, control, target, damping=damping, reach=reach)
         except NotConverged:
@@ -47,6 +52,13 @@ def snap_through(problem: Problem, start: State, control: str, target: float, re
     raise NotConverged("the crack snaps and does not come to rest")
 
 
+def advance_past_onset(problem: Problem, start: State, control: str, target: float, reversal: bool) -> Equilibrium:
+    """A step of a stage: to its target, or to the onset of damage if the control begins there and nothing is damaged yet."""
+    if CONTROLS[control].begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
+        return advance_to_onset(problem, start)
+    return advance(problem, start, control, target, reversal)
+
+
 def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
     """The state in which, on the elastic path from `start`, the next point begins to be damaged.
 
@@ -58,12 +70,27 @@ def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
         If the path is not linear, as in contact.
     """
     rate = problem.response(problem.point_law.update(start.cracks.deformation, start.cracks, frozen=True)[1])
-    deformation_rate = problem.operator.deformation(rate)
+    load = _load_to_onset(problem, start, problem.operator.deformation(rate))
+    v, load = start.v + load * rate, start.load + load
+    cracks, _ = problem.point_law.update(problem.operator.deformation(v), start.cracks)
+    nucleated = problem.point_law.nucleate(start.cracks, cracks)
+    if nucleated is not None:
+        start = replace(start, cracks=nucleated)
+        cracks, _ = problem.point_law.update(problem.operator.deformation(v), nucleated)
+    residual = problem.unbalanced(problem.bulk(v) + problem.operator.force(cracks.stress) - load * problem.drive)
+    error = float(np.linalg.norm(residual)) / abs(load)
+    if error > problem.tol:
+        raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
+    return Equilibrium(next_state(problem, start, Guess(v, load, cracks)), 1, [error])
+
+
+def _load_to_onset(problem: Problem, start: State, rate: Array) -> float:
+    """Smallest load on top of that of `start` which damages, N, by bisection; `rate` are the deformations of 1 N, (p, c)."""
 
     def is_damaged(load: float) -> bool:
-        return problem.point_law.is_damaging(start.cracks.deformation + load * deformation_rate, start.cracks)
+        return problem.point_law.is_damaging(start.cracks.deformation + load * rate, start.cracks)
 
-    low, high = 0.0, problem.full_strength
+    low, high = 0.0, problem.strength
     for _ in range(60):
         if is_damaged(high):
             break
@@ -75,15 +102,74 @@ def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
         if not low < middle < high:
             break
         low, high = (low, middle) if is_damaged(middle) else (middle, high)
-    v, load = start.v + high * rate, start.load + high
-    cracks, tangent = problem.point_law.update(problem.operator.deformation(v), start.cracks)
-    grown = problem.point_law.nucleate(start.cracks, cracks)
-    if grown is not None:
-        start = replace(start, cracks=grown)
-        cracks, tangent = problem.point_law.update(problem.operator.deformation(v), grown)
-    residual = problem.unbalanced(problem.bulk(v) + problem.operator.force(cracks.stress) - load * problem.drive)
-    error = float(np.linalg.norm(residual)) / abs(load)
-    if error > problem.tol:
-        raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
-    now = Iterate(v, load, cracks, tangent, residual, abs(load), 0.0, np.zeros_like(v), 0.0)
-    return Equilibrium(next_state(problem, start, now), 1, [error])
+    return high
+
+
+@dataclass
+class WayBack:
+    """Steps by dissipation from where the controlled motion must go back, until it advances again.
+
+    A crack that sets more energy free than it takes has its next equilibrium behind it. None of these steps moves
+    further than a nominal one, and none behind the unloaded state.
+
+    Attributes
+    ----------
+    problem : Problem
+    control : of the stage, a motion
+    direction : 1 if the motion grows, -1 if it falls
+    target : of the stage, mm
+    nominal : its nominal step, mm
+    locate : what `Watch.locate` says of a step from one state to another
+    start, furthest : the motion in this direction, mm: where the way began, and where it came back to
+    is_reached : whether the event of the stage has come on the way
+    """
+
+    problem: Problem
+    control: Control
+    direction: float
+    target: float
+    nominal: float
+    locate: Callable[[State, State], tuple[float, bool]]
+    start: float = field(default=0.0, init=False)
+    furthest: float = field(default=0.0, init=False)
+    is_reached: bool = field(default=False, init=False)
+
+    def follow(self, state: State) -> list[tuple[Equilibrium, int]]:
+        """The steps from a committed state, each with the number of its cuts; none if they fail."""
+        problem = self.problem
+        size = largest = problem.energy / DEFAULT_STEPS
+        self.start = self.furthest = last = self._motion(state)
+        found: list[tuple[Equilibrium, int]] = []
+        cuts = 0
+        if self.start <= 0 or not (state.load > 0 or problem.point_law.is_on_surface(state.cracks)):
+            return found  # unloading, or pushed: what dissipates next lies the other way
+        while size > SMALLEST_STEP**2 * largest:
+            fraction, self.is_reached = 1.0, False
+            try:
+                trial = advance_past_onset(problem, state, "dissipation", state.dissipated + size, False)
+                motion = self._motion(trial.state)
+                fraction, self.is_reached = self.locate(state, trial.state)
+            except NotConverged:
+                motion = np.inf
+            strays = not 0 <= motion <= self.direction * self.target or abs(motion - last) > self.nominal
+            if strays or (fraction < 1.0 and size * fraction > SMALLEST_STEP**2 * largest):
+                size *= 0.5 if strays else fraction
+                cuts += 1
+                continue
+            self.is_reached |= fraction < 1.0  # in a step that small there is no equilibrium at which to stop
+            found.append((trial, cuts))
+            state, cuts = trial.state, 0
+            self.furthest = min(self.furthest, motion)
+            if self.is_reached or problem.is_separated(state) or self._advances(motion, last):
+                return found
+            last = motion
+            size = min(next_size(problem, size, trial.iterations, largest), largest)
+        self.is_reached = False
+        return []
+
+    def _motion(self, state: State) -> float:
+        return self.direction * self.control.value(self.problem, state)
+
+    def _advances(self, motion: float, last: float) -> bool:
+        """Whether the motion grows again, after it has gone back or beyond where it began."""
+        return motion > last and (motion > self.start or self.furthest < self.start)

@@ -1,90 +1,88 @@
-"""solver/stages"""
+"""What a user asks of the loading: stages, checked when they are made."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, field
 from typing import Any
 
 import numpy as np
 
-CONTROLS = ("opening", "sliding", "load", "driven", "dissipation")
+from ..errors import ParameterError
+from .columns import UNLOADED, WATCHED
+from .controls import CONTROLS
 
-#: what `until` may watch: columns of the history, and the load over the largest load so far
-WATCHED = (
-    "load", "opening", "sliding", "driven", "stress_n", "stress_s", "work", "elastic", "stored", "dissipated",
-    "contact_work", "load_ratio",
-)  # fmt: skip
-
-#: controls that prescribe a motion, mm
-MOTIONS = ("opening", "sliding", "driven")
-
-#: what `unload` may go back to
-UNLOADED = ("load", "opening", "sliding", "driven", "stress_n", "stress_s")
-
+#: steps to a target, if neither their number nor their size is given
 DEFAULT_STEPS = 50
+
+
+def _key(default: Any, meaning: str, unit: str = "") -> Any:
+    """A field that is a key of [[stage]]."""
+    return field(default=default, metadata={"meaning": meaning, "unit": unit})
 
 
 @dataclass(frozen=True)
 class Stage:
     """One stage of the loading.
 
-    Parameters
-    ----------
-    control : "opening" | "sliding" (the scene's gauge, mm), "load" (N), "driven" (mm), "dissipation" (N mm in all).
-    to : target, or a list of targets that are visited in turn.
-    steps : number of equal steps to each target, 50 by default; a step that fails is cut, the next ones grow back. The
-        first step after a reversal is a quarter of the others.
-    step : their size, instead of their number.
-    until : {quantity = value}: end the stage where a recorded quantity passes a value, located within 0.1 %.
-        Quantities: the columns of the history, and "load_ratio", the load over the largest one so far.
-    unload : {quantity = value}: after each target go back, until a quantity passes a value, before the next target:
-        to = [0.02, 0.04], unload = {stress_n = -3.0} opens, closes to -3 MPa, opens further, closes again. Its steps are
-        those of a way back to 0. Quantities: load, opening, sliding, driven, stress_n, stress_s; unloading ends where
-        the quantity moves away from its value.
+    Angle and hold are for a platen that moves both ways, and stay until another stage gives them. The load and `driven` are
+    those along the angle, `driven` counted from the unloaded place.
 
-    Where a specimen's platen moves both ways (these three hold until another stage gives one of them):
-
-    angle : of its motion from the normal of its face, degrees: 0 pulls it away, 90 shears it. The load and `driven` are
-        those along this direction, `driven` counted from the unloaded place.
-    ratio : instead of the angle, the part of normal motion on one part of shear; negative: pushed together while sheared.
-    hold : whether the platen is held across this direction (default): the platen, not the opening of the gauge. With
-        false it moves freely but for the specimen's springs, which take over the force that holds it where the first such
-        stage begins, and act from then on.
+    Raises
+    ------
+    ParameterError
+        Naming the key, its value and what was expected.
     """
 
-    control: str
-    to: Any
-    steps: int | None = None
-    step: float | None = None
-    until: Any = None
-    unload: Any = None
-    angle: float | None = None
-    ratio: float | None = None
-    hold: bool | None = None
+    control: str = _key(
+        MISSING,
+        "'opening' or 'sliding' (of the gauge, mm), 'load' (N), 'driven' (mm), 'dissipation' (N mm in all), or a name that "
+        "was given to register_control",
+    )
+    to: Any = _key(MISSING, "target, or a list of targets that are visited in turn", "mm, N or N mm")
+    steps: int | None = _key(
+        None,
+        f"number of equal steps to each target, {DEFAULT_STEPS} if neither it nor step is given; the first one after a "
+        "reversal is a quarter of the others",
+    )
+    step: float | None = _key(None, "size of the steps, instead of their number", "mm, N or N mm")
+    until: Any = _key(
+        None,
+        "{quantity = value}: end the stage if a column of the history, or load_ratio (the load over the largest one so far), "
+        "passes a value, located within 0.1 %",
+    )
+    unload: Any = _key(
+        None,
+        "{quantity = value}: after each target go back until a quantity passes a value, in steps of a way back to 0: to = "
+        "[0.02, 0.04], unload = {stress_n = -3.0} opens, closes to -3 MPa, opens further, closes again; it ends if the "
+        "quantity moves away from its value",
+    )
+    angle: float | None = _key(
+        None, "angle of the platen's motion from the normal of its face: 0 pulls it away, 90 shears it", "degrees"
+    )
+    hold: bool | None = _key(
+        None,
+        "whether the platen is held across its motion, as at first; if not it is free but for the specimen's springs, which "
+        "take over the force that holds it where the first such stage begins",
+    )
 
     def __post_init__(self) -> None:
         if self.control not in CONTROLS:
-            raise ValueError(f"control = {self.control!r}: expected one of {', '.join(CONTROLS)}")
+            raise _refused("control", self.control, f"one of {', '.join(CONTROLS)}")
         if self.steps is not None and self.steps < 1:
-            raise ValueError(f"steps = {self.steps!r}: expected a whole number of at least 1")
+            raise _refused("steps", self.steps, "a whole number of at least 1")
         if self.step is not None and not self.step > 0:
-            raise ValueError(f"step = {self.step!r}: expected a number above 0")
+            raise _refused("step", self.step, "a number above 0")
         if not self.targets or not all(_is_number(target) for target in self.targets):
-            raise ValueError(f"to = {self.to!r}: expected a finite number or a list of them")
-        if self.control == "dissipation" and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
-            raise ValueError(f"to = {self.to!r}: expected growing numbers above 0, dissipation cannot fall")
-        for one, other in (("steps", "step"), ("angle", "ratio")):
-            if getattr(self, one) is not None and getattr(self, other) is not None:
-                raise ValueError(f"{one} = {getattr(self, one)}, {other} = {getattr(self, other)}: expected one of the two")
+            raise _refused("to", self.to, "a finite number or a list of them")
+        can_fall = CONTROLS[self.control].can_fall
+        if not can_fall and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
+            raise _refused("to", self.to, f"growing numbers above 0, {self.control} cannot fall")
+        if self.steps is not None and self.step is not None:
+            raise ParameterError(f"steps = {self.steps}, step = {self.step}: expected one of the two", "steps")
         _check_event("until", self.until, WATCHED)
         _check_event("unload", self.unload, UNLOADED)
-        if self.unload is not None and self.control == "dissipation":
-            raise ValueError(f"unload = {self.unload!r}: dissipation cannot fall; expected another control")
-
-    @property
-    def direction(self) -> float | None:
-        """Angle of the platen's motion, degrees; None: as before."""
-        return self.angle if self.ratio is None else float(np.degrees(np.arctan2(1.0, self.ratio)))
+        if self.unload is not None and not can_fall:
+            raise ParameterError(f"unload = {self.unload!r}: {self.control} cannot fall; expected another control", "unload")
 
     def count(self, distance: float) -> float:
         """Number of steps, not always whole, to a distance."""
@@ -100,10 +98,14 @@ def _check_event(key: str, event: Any, names: tuple[str, ...]) -> None:
     if event is None:
         return
     if not isinstance(event, dict) or len(event) != 1:
-        raise ValueError(f"{key} = {event!r}: expected one quantity and its value, like {{load = -3000.0}}")
+        raise _refused(key, event, "one quantity and its value, like {load = -3000.0}")
     ((name, value),) = event.items()
     if name not in names or not _is_number(value):
-        raise ValueError(f"{key} = {event!r}: expected a number for one of {', '.join(names)}")
+        raise _refused(key, event, f"a number for one of {', '.join(names)}")
+
+
+def _refused(key: str, value: object, expected: str) -> ParameterError:
+    return ParameterError(f"{key} = {value!r}: expected {expected}", key)
 
 
 def _is_number(value: object) -> bool:
@@ -111,5 +113,6 @@ def _is_number(value: object) -> bool:
 
 
 def event_text(event: dict[str, float]) -> str:
+    """What `until` or `unload` waits for, for messages."""
     ((name, value),) = event.items()
     return f"{name} = {value:g}"

@@ -1,4 +1,4 @@
-"""Settings for an accuracy: from the trade of a scene where there is one, else from that of the nearest built-in scene."""
+"""Settings for an accuracy: from the trade of a scene if there is one, else from that of the nearest built-in scene."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Choice:
     Attributes
     ----------
     changes : keys of the scene, for `Scene.with_`
-    promised : relative error that they promise; above the accuracy where no setting reaches it
+    promised : relative error that they promise; above the accuracy if no setting reaches it
     text : where they come from
     """
 
@@ -45,8 +45,8 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
 
     From the user's own trade of the scene, or the stored one of a built-in scene, the settings are taken as they were
     measured. A scene without one borrows from the built-in scene of the same model that is nearest: of the same kind of
-    specimen before others (in space of no other), of the same kind of loading before others, then nearest in crack length
-    and E Gf / ft^2. `knobs.changes` says how settings are carried over, and `Trade.promise` what they promise there.
+    specimen before others (in 3D of no other), of the same kind of loading before others, then nearest in crack length
+    and E Gf / ft^2. `parameters.changes` says how settings are carried over, and `Trade.promise` what they promise there.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     tables = stored()
     for name, trade in [*own.items(), *tables.items()]:
         if problem(trade.scene) == problem(scene):
-            return _choice(scene, wanted, trade, f"{said}measured on this scene, {_where(name)}", elsewhere=False)
+            return _choice(scene, wanted, trade, f"{said}measured on this scene, {_source(name)}", elsewhere=False)
     alike = [name for name in tables if _kind(tables[name].scene) == _kind(scene)]
     if not alike:
         raise SceneError(f"accuracy: no stored trade is of a {', '.join(_kind(scene))} model; `cohesive trade` measures one")
-    name = min(alike, key=lambda each: _rank(scene, tables[each].scene))
-    where = f"{said}carried over from {_where(name)}, not measured on this scene: `cohesive trade` would"
+    name = min(alike, key=lambda each: _farness(scene, tables[each].scene))
+    where = f"{said}carried over from {_source(name)}, not measured on this scene: `cohesive trade` would"
     return _choice(scene, wanted, tables[name], where, elsewhere=True)
 
 
@@ -93,6 +93,7 @@ def parse(accuracy: float | str) -> float:
 
 
 def _choice(scene: Scene, wanted: float, trade: Trade, where: str, elsewhere: bool) -> Choice:
+    """The settings of a trade that promise an accuracy; `where` says where the trade is from."""
     best = trade.cheapest(wanted, elsewhere)
     missed = ""
     if best is None:
@@ -112,18 +113,20 @@ def _choice(scene: Scene, wanted: float, trade: Trade, where: str, elsewhere: bo
     return Choice(found, promised, text)
 
 
-def _where(name: str) -> str:
+def _source(name: str) -> str:
+    """A table in words."""
     return name if name.endswith(".csv") else f"the stored trade of {name}"
 
 
 def _kind(scene: Scene) -> tuple[str, ...]:
-    """What scenes have in common that borrow from one another: the model, and in space the specimen, as settings of another
-    one may cost hours there."""
+    """What scenes have in common that borrow from one another: the model, and in 3D the specimen, because settings of
+    another one may cost hours there."""
     model = ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
-    return (scene.kind, *model) if scene.is_solid else model
+    return (f"{scene.kind} in 3D", *model) if scene.is_solid else model
 
 
-def _rank(scene: Scene, like: Scene) -> tuple[bool, bool, float]:
+def _farness(scene: Scene, like: Scene) -> tuple[bool, bool, float]:
+    """How far two scenes are apart; they are compared by kind, then by loading, then by size."""
     return scene.kind != like.kind, _turns(scene) != _turns(like), distance(scene, like)
 
 

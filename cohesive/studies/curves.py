@@ -1,4 +1,4 @@
-"""Load over opening, and how far two such curves lie apart."""
+"""Load over opening: how far two computed curves lie apart, and how far one lies from a measured one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import numpy as np
 from ..arrays import Array
 
 if TYPE_CHECKING:
-    from ..results.result import Result
+    from ..results.run_data import RunData
+    from ..scenes.reference import Reference
 
 
 @dataclass(frozen=True)
@@ -21,8 +22,8 @@ class Curve:
     Attributes
     ----------
     opening, load, work : (n,) arrays, mm, N, N mm
-    platen : (n,) array, mm, the way of a platen that moves in two directions, over which its load is drawn; None where
-        the load is drawn over the opening
+    platen : (n,) array, mm, the way of a platen that moves in two directions, over which its load is drawn; None if the
+        load is drawn over the opening
     """
 
     opening: Array
@@ -41,10 +42,23 @@ class Curve:
         return float(self.opening[self.load.argmax()])
 
 
-def curve_of(result: Result) -> Curve:
+def curve_of(data: RunData) -> Curve:
     """The curve of a run."""
-    opening, load, work = (np.r_[0.0, result.history[name]] for name in ("opening", "load", "work"))
-    return Curve(opening, load, work, np.r_[0.0, result.platen_path] if result.drives_both_ways else None)
+    opening, load, work = (np.r_[0.0, data.history[name]] for name in ("opening", "load", "work"))
+    return Curve(opening, load, work, np.r_[0.0, data.platen_path] if data.drives_both_ways else None)
+
+
+def residuals(curve: Curve, reference: Reference) -> Array:
+    """Load of a curve at the openings of a measured one, less the measured load, (k,), N.
+
+    Inside a measured band the residual is 0, outside it is the distance from the nearer bound. If a curve goes back, the
+    load counts with which it reaches an opening first. Beyond its end its last load counts: all curves have as many
+    residuals against one reference, as a least-squares fit needs.
+    """
+    furthest = np.maximum.accumulate(curve.opening)
+    first = np.diff(furthest, prepend=-np.inf) > 0
+    load = np.interp(reference.opening, curve.opening[first], curve.load[first])
+    return np.asarray(np.maximum(load - reference.load_max, 0.0) + np.minimum(load - reference.load_min, 0.0))
 
 
 @dataclass(frozen=True)
@@ -81,12 +95,12 @@ class Pair:
         if self.curves[i].platen is not None:
             return float(np.interp(self.end, self.travelled[i], self.curves[i].work))
         _, opening, load = self.upto_end(i)
-        return float(np.trapezoid(load, opening))
+        return _area(load, opening)
 
     def under(self, i: int) -> float:
         """Area under the size of the load over the parameter, N mm."""
         s, _, load = self.upto_end(i)
-        return float(np.trapezoid(abs(load), s))
+        return _area(abs(load), s)
 
     def difference(self) -> tuple[Array, Array]:
         """Load of the second curve less that of the first (N), over the parameter (mm)."""
@@ -100,14 +114,21 @@ class Pair:
     def between(self) -> float:
         """Area between the curves, N mm."""
         s, gap = self.difference()
-        return float(np.trapezoid(abs(gap), s))
+        return _area(abs(gap), s)
+
+
+def _area(height: Array, along: Array) -> float:
+    """Area under a polyline."""
+    from scipy.integrate import trapezoid  # slow to import; NumPy has it from 2.0 on only
+
+    return float(trapezoid(height, along))
 
 
 def _travelled(openings: Sequence[Array]) -> list[Array]:
-    """Opening travelled, forth and back.
+    """Opening travelled, forth and back, for each curve, mm.
 
-    Where both curves turn equally often, what they travel between two turns is counted as the mean of both, so that a
-    run that closes a little further does not fall behind the other.
+    If both curves turn equally often, what they travel between two turns is counted as the mean of both, so that a run
+    that closes a little further does not fall behind the other.
     """
     turns = []
     for opening in openings:

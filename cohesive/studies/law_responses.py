@@ -1,16 +1,21 @@
-"""Responses of the law at a point: the paper's Figures 10, 11 and 26, and the contact surface."""
+"""Responses of the law at a point: the paper's Figures 10, 11 and 26, the contact surface, and softening curves."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
+from ..law.softening import SOFTENING
+from ..law.softening_branches import spent
+from ..law.softening_choice import curve_of, fixes_strength, normalized, softening_name, strength_and_energy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,3 +130,42 @@ def _contact_surface(law: CrackPlane, axes: Axes) -> None:
     axes.plot([], [], "k--", label="contact begins, phi = ulm")
     axes.legend(frameon=True, fontsize=8, loc="lower left")
     axes.set(title="signed distance phi (mm) at Z = Zm", xlabel="jump, normal (mm)", ylabel="jump, shear (mm)")
+
+
+def softening_curves(concrete: Concrete, softening: Sequence[Any] = tuple(SOFTENING)) -> dict[str, Array]:
+    """Softening curves by name, each (n, 2): opening beyond the onset in mm, stress in MPa, with the kinks and the end.
+
+    Named curves and kinks have the ft and Gf of `concrete`, points and objects their own. A curve without an end is followed
+    to 6 Gf/ft.
+
+    Raises
+    ------
+    ValueError
+        For what is no softening curve, see `Concrete`.
+    """
+    result = {}
+    for choice in map(normalized, softening):
+        ft, Gf = strength_and_energy(choice) if fixes_strength(choice) else (concrete.ft, concrete.Gf)
+        curve = curve_of(choice, ft, Gf)
+        last = curve.end if np.isfinite(curve.end) else min(spent(curve), 6.0 * Gf / ft)
+        w = np.unique(np.concatenate([last * np.linspace(0.0, 1.0, 200) ** 2, getattr(curve, "kinks", ())]))
+        result[softening_name(choice)] = np.stack([w, curve.stress(w)], axis=1)
+    return result
+
+
+def draw_softening(axes: Axes, concrete: Concrete, softening: Sequence[Any] = tuple(SOFTENING)) -> None:
+    """Stress over opening of several softening curves side by side, see `softening_curves`."""
+    for name, curve in softening_curves(concrete, softening).items():
+        axes.plot(curve[:, 0], curve[:, 1], label=name)
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    axes.set(title="softening", xlabel="opening beyond the onset (mm)", ylabel="stress (MPa)")
+    axes.legend(frameon=False, fontsize=8)
+
+
+def save_softening_figure(concrete: Concrete, path: Path, softening: Sequence[Any] = tuple(SOFTENING)) -> None:
+    """The curves of `draw_softening` as PNG."""
+    from ..results.figures import new_figure, save
+
+    figure = new_figure(6.0, 4.2)
+    draw_softening(figure.subplots(), concrete, softening)
+    save(figure, path)

@@ -7,12 +7,11 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from meshing.solids import Extruded, SingleCrack3D
-
 from ..errors import SceneError
-from ..model.cracks import default_width
+from ..model.interface import default_width
 from ..scenes.scene import Scene
-from ..solver.stages import MOTIONS, Stage
+from ..solver.controls import CONTROLS
+from ..solver.stages import Stage
 
 #: values by knob: a factor on what the scene has (the first five and "finer"), or the value itself
 Settings = dict[str, Any]
@@ -22,12 +21,12 @@ Changes = dict[str, Any]
 
 _FACTORS = ("crack size", "far size", "layers", "width", "steps", "finer")
 
-#: what changes the physics, and is no way to solve the same problem cheaper
+#: knobs that change the physics: they do not solve the same problem cheaper
 PHYSICS = ("smoothing c_zn", "model")
 
 KNOBS = (
-    "crack size", "far size", "layers", "order", "shape", "width", "quadrature", "steps", "largest step", "tolerance",
-    "tangent", "reduction", "half", *PHYSICS,
+    "crack size", "far size", "layers", "order", "shape", "width", "quadrature", "steps", "step growth", "tolerance",
+    "condensation", "half", *PHYSICS,
 )  # fmt: skip
 
 
@@ -54,16 +53,15 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
     values: dict[str, tuple[Any, ...]] = {
         "crack size": (4.0, 2.0, 0.75 if scene.is_solid else 0.5),
         "far size": (2.0, 0.5),
-        "layers": (0.5, 2.0) if isinstance(scene.specimen, Extruded) else (),
+        "layers": (0.5, 2.0) if scene.is_extruded else (),
         "order": (3 - sizes.order,),
         "shape": ("quad" if sizes.shape == "triangle" else "triangle",) if _has_shapes(scene) else (),
         "width": (4.0, 2.0, 0.5, 0.25) if _has_width(scene) else (),
         "quadrature": ("gauss" if scene.interface.quadrature == "nodal" else "nodal",) if discrete else (),
         "steps": (0.125, 0.25, 0.5, 2.0),
-        "largest step": tuple(most for most in (2.0, 4.0) if most != scene.solver.largest_step),
+        "step growth": tuple(most for most in (2.0, 4.0) if most != scene.solver.step_growth),
         "tolerance": (1e-2, 1e-3, 1e-6),
-        "tangent": ("secant",) if scene.solver.tangent == "consistent" else ("consistent",),
-        "reduction": ("none",) if scene.solver.reduction != "none" else (),
+        "condensation": ("never",) if scene.solver.condensation != "never" else (),
         "half": (True,) if _can_be_halved(scene) and not scene.model.half else (),
         "smoothing c_zn": tuple(c for c in (5.0, 9.0, 50.0) if c != scene.material.c_zn),
         "model": ("smeared" if discrete else "discrete",),
@@ -73,11 +71,11 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
 
 
 def _is_turned(scene: Scene, settings: Settings) -> bool:
-    """Whether settings change a scene, as a far size below the crack size does not, to one that there is."""
+    """Whether settings change a scene, and to one that can be built; a far size below the crack size changes nothing."""
     keys = changes(scene, settings)
     try:
         scene.with_(**keys)
-    except SceneError:  # it has no crack band
+    except SceneError:  # as of a specimen without a crack band
         return False
     return bool(keys)
 
@@ -87,9 +85,9 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
 
     Sizes are carried over by the ratio of the crack lengths or that of the characteristic lengths E Gf / ft^2, whichever
     asks for the finer mesh: the first keeps the number of elements along the crack, the second that in its process zone.
-    Layers through a thickness keep their shape. Steps keep their number, and become more where they would grow longer in
-    units of Gf / ft; the interface width follows its own rule; half a body is taken where there is one, a shape and order
-    where the specimen has them; all else is taken as it is.
+    Layers through a thickness keep their shape. Steps keep their number, and become more if they would grow longer in
+    units of Gf / ft. The interface width follows its own rule. Half a body, a shape and an order are taken over if the
+    specimen has them; all else is taken as it is.
 
     Parameters
     ----------
@@ -111,46 +109,59 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
         "mesh.order": 1 if is_linear else settings.get("order", sizes.order),
         "mesh.shape": shape,
         "solver.tol": settings.get("tolerance", min(like.solver.tol, 1e-7) if finer > 1.0 else like.solver.tol),
-        "solver.tangent": settings.get("tangent", like.solver.tangent),
-        "solver.largest_step": settings.get("largest step", like.solver.largest_step),
-        "solver.reduction": settings.get("reduction", like.solver.reduction),
+        "solver.step_growth": settings.get("step growth", like.solver.step_growth),
+        "solver.condensation": settings.get("condensation", like.solver.condensation),
         "material.c_zn": settings.get("smoothing c_zn", scene.material.c_zn),
         "model.kind": model,
         "model.half": model == "discrete"
         and (settings.get("half", like.model.half or scene.model.half) and _can_be_halved(scene)),
     }
-    has_layers = isinstance(scene.specimen, Extruded) and isinstance(like.specimen, Extruded)
-    if has_layers and (sizes.layers is not None or "layers" in settings):  # else they follow the far size
-        thickness, like_thickness = (each.crack_area / each.crack_length for each in (scene, like))
-        count = sizes.layers_through(like_thickness) * thickness / like_thickness / scale
-        count *= settings.get("layers", 1.0) * finer
-        found["mesh.layers"] = max(1, round(count))
+    found |= _layers(scene, like, settings)
     if scene.model.kind == "discrete":
         found["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
-    if _has_width(scene) and scene.model.kind == "smeared":  # square elements, unless the width is turned on its own
-        factor = settings.get("width", settings.get("crack size", 1.0)) / finer
-        width = like.band_width * scale * factor
-        if scene.band.width is not None or width != crack:
-            found["band.width"] = width
-    elif _has_width(scene):
-        rule, rule_there = (default_width(each.crack_length, each.material) for each in (scene, like))
-        there = like.interface.width
-        factor = settings.get("width", 1.0) / finer * (there / rule_there if isinstance(there, float) else 1.0)
-        if scene.interface.width is not None or factor != 1.0:
-            found["interface.width"] = rule * factor
+    found |= _width(scene, like, settings, crack)
     found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
     return {key: value for key, value in found.items() if value != _current(scene, key)}
 
 
+def _layers(scene: Scene, like: Scene, settings: Settings) -> Changes:
+    """Layers through the thickness, which keep their shape; without a number they follow the far size."""
+    sizes = like.sizes
+    assert sizes is not None
+    has_layers = scene.is_extruded and like.is_extruded
+    if not has_layers or (sizes.layers is None and "layers" not in settings):
+        return {}
+    thickness, like_thickness = (each.crack_area / each.crack_length for each in (scene, like))
+    count = sizes.layers_through(like_thickness) * thickness / like_thickness / min(_ratios(scene, like))
+    count *= settings.get("layers", 1.0) * settings.get("finer", 1.0)
+    return {"mesh.layers": max(1, round(count))}
+
+
+def _width(scene: Scene, like: Scene, settings: Settings, crack: float) -> Changes:
+    """Width of the interface, after its own rule, or of the band: of square elements unless it is turned on its own.
+    `crack` is the crack size, mm."""
+    finer = settings.get("finer", 1.0)
+    if not _has_width(scene):
+        return {}
+    if scene.model.kind == "smeared":
+        factor = settings.get("width", settings.get("crack size", 1.0)) / finer
+        width = like.band_width * min(_ratios(scene, like)) * factor
+        return {"band.width": width} if scene.band.width is not None or width != crack else {}
+    rule, rule_there = (default_width(each.crack_length, each.material) for each in (scene, like))
+    there = like.interface.width
+    factor = settings.get("width", 1.0) / finer * (there / rule_there if isinstance(there, float) else 1.0)
+    return {"interface.width": rule * factor} if scene.interface.width is not None or factor != 1.0 else {}
+
+
 def distance(scene: Scene, like: Scene) -> float:
-    """How far two scenes are apart in size: of the ratios of crack lengths and characteristic lengths, the larger one's
-    logarithm."""
+    """How far two scenes are apart in size: the logarithm of the ratio of their crack lengths or of their characteristic
+    lengths, whichever is larger."""
     return max(abs(math.log(ratio)) for ratio in _ratios(scene, like))
 
 
 def _ratios(scene: Scene, like: Scene) -> tuple[float, float]:
     lengths = scene.crack_length / like.crack_length
-    return lengths, scene.material.characteristic_length / like.material.characteristic_length
+    return lengths, scene.material.zone_length / like.material.zone_length
 
 
 def _has_width(scene: Scene) -> bool:
@@ -160,11 +171,11 @@ def _has_width(scene: Scene) -> bool:
 
 def _has_shapes(scene: Scene) -> bool:
     """Whether the specimen may be meshed with either shape."""
-    return not isinstance(scene.specimen, SingleCrack3D)
+    return len(scene.specimen.shapes) > 1
 
 
 def _can_be_halved(scene: Scene) -> bool:
-    return scene.model.kind == "discrete" and getattr(scene.specimen, "is_symmetric", False)
+    return scene.model.kind == "discrete" and scene.specimen.symmetry() is not None
 
 
 def _current(scene: Scene, key: str) -> Any:
@@ -175,7 +186,7 @@ def _current(scene: Scene, key: str) -> Any:
 
 
 def _ways(stages: list[Stage]) -> list[float]:
-    """The longest way to a target of each stage."""
+    """The longest way to a target of each stage, mm, N or N mm."""
     ways, last, control = [], 0.0, ""
     for stage in stages:
         start = last if stage.control == control else 0.0
@@ -188,14 +199,14 @@ def _ways(stages: list[Stage]) -> list[float]:
 
 
 def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
-    """Steps of every stage, after the stage of the same number (or the last one) of the other scene."""
+    """Steps of every stage, taken from the stage of the same number (or the last one) of the other scene."""
     opening, opening_there = (m.Gf / m.ft for m in (scene.material, like.material))
     found: Changes = {}
     for i, (stage, way) in enumerate(zip(scene.stages, _ways(scene.stages), strict=True)):
         j = min(i, len(like.stages) - 1)
         other, way_there = like.stages[j], _ways(like.stages)[j]
         count = other.count(way_there)
-        if stage.control in MOTIONS and other.control in MOTIONS:
+        if CONTROLS[stage.control].is_motion and CONTROLS[other.control].is_motion:
             count *= max(1.0, (way / opening) / (way_there / opening_there))
         if stage.step is not None:
             if not math.isclose(step := way / (count * factor), stage.step):
@@ -207,12 +218,12 @@ def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
 
 def problem(scene: Scene) -> dict[str, Any]:
     """What a scene asks, apart from how it is solved: scenes with the same problem may share a trade."""
-    band = {} if scene.model.kind == "discrete" else {"width": None, "tol": None}
-    interface = scene.interface.width == "h" if scene.model.kind == "discrete" else None
+    is_discrete = scene.model.kind == "discrete"
+    as_printed = scene.interface.width == "h" if is_discrete else None
     return {
-        "specimen": (scene.kind, asdict(scene.specimen)),
+        "specimen": (scene.kind, vars(scene.specimen)),
         "material": asdict(scene.material),
-        "model": (scene.model.kind, scene.model.plane, interface),
-        "band": asdict(scene.band) | band if band else None,
+        "model": (scene.model.kind, scene.model.plane, scene.is_solid, as_printed),
+        "band": None if is_discrete else asdict(scene.band) | {"width": None},
         "stage": [asdict(stage) | {"steps": None, "step": None} for stage in scene.stages],
     }

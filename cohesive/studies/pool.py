@@ -1,25 +1,74 @@
-"""Trials on a Dask cluster, with the optional package distributed."""
+"""Many runs at once: in processes of this machine, or on a Dask cluster with the optional package distributed."""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
-from collections.abc import Iterator
-from concurrent.futures import Executor
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager, nullcontext
 
-from ..errors import SceneError
+from ..errors import NotConverged, SceneError
+from ..results.result import Result
+from ..scenes.scene import Scene
+from ..simulation import run
+
+
+def run_all(scenes: Iterable[Scene], executor: Executor | None = None) -> Iterator[Result]:
+    """Run scenes beside one another and yield their results in the order of the scenes.
+
+    A run that stops early is yielded as far as it came; the last of its notes says why it stopped.
+
+    Parameters
+    ----------
+    scenes : Scene each
+    executor : runs the scenes, as that of a Dask client does; default: one process for each core. Several threads of one
+        process would mesh at once, which gmsh does not allow.
+
+    Raises
+    ------
+    SceneError, MeshError
+        For bad input.
+    NotConverged
+        If not even one step of a run converged.
+    """
+    with processes() if executor is None else nullcontext(executor) as pool:
+        futures = [pool.submit(run, scene) for scene in scenes]
+        try:
+            for future in futures:
+                try:
+                    result = future.result()
+                except NotConverged as error:
+                    if not isinstance(error.result, Result) or not error.result.states:
+                        raise
+                    result = error.result
+                yield result
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+@contextmanager
+def processes() -> Iterator[Executor]:
+    """An executor with one process for each core, each task in a process of its own; what has not begun when it is left is
+    cancelled."""
+    pool = ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), max_tasks_per_child=1)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 @contextmanager
 def dask_executor(address: str) -> Iterator[Executor]:
     """The executor of a Dask cluster: of the scheduler at `address`, or "local" for one worker on each core of this machine.
 
-    Workers of one thread each: the CPU time of a trial is that of its process.
+    Each worker has one thread: the CPU time of a trial is that of its process.
 
     Raises
     ------
     SceneError
-        Without distributed, with the command that installs it, or where no scheduler answers.
+        Without distributed, with the command that installs it, or if no scheduler answers.
     """
     try:
         from distributed import Client, LocalCluster

@@ -1,7 +1,7 @@
-"""The stiffness of all unknowns, distributed and factored by PETSc on all processes of an MPI run.
+"""The stiffness of all unknowns, distributed and factored by PETSc on all ranks of an MPI run.
 
-Process 0 runs the program and is the only one that knows the scene. The others wait in `start` for their part of a matrix
-and of its solutions, and end with process 0. A script that runs under mpiexec begins with
+Rank 0 runs the program and is the only one that knows what for. The others wait in `start` for their part of a matrix
+and of its solutions, and end with rank 0. A script that runs under mpiexec begins with
 
     from cohesive import petsc
     petsc.start()
@@ -29,22 +29,25 @@ import scipy.sparse as sp
 from ...arrays import Array, Index
 from ...errors import NotConverged, SceneError
 from ..bordered import Entries, Free
-from ..choice import Bulk, Condensation
+from ..choice import Bulk, Condensation, Recovery
 from .layout import Layout
 from .ranks import rank_and_size
 
-#: iterations with an old factor, after which the matrix is factored anew
+#: iterations with a reused factorization, after which the matrix is factored anew
 _MOST_ITERATIONS = 15
 
-#: of the error of a solution, as the preconditioner sees it; below the smallest tolerance of Newton's method that is in use
+#: tolerance on the error of a solution, as the preconditioner sees it; below the smallest one of Newton's method in use
 _KRYLOV_TOLERANCE = 1e-12
 
-#: seconds between two looks of a waiting process, which would otherwise use all of its core
+#: what asks for this stiffness
+_KEY = "solver.condensation"
+
+#: seconds between two looks of a waiting rank, which would otherwise use all of its core
 _LOOK = 1e-3
 
 
 class PetscStiffness:
-    """The stiffness of all unknowns; every system is factored, or solved with an older factor, by all processes.
+    """The stiffness of all unknowns; every system is factored, or solved with a reused factorization, by all ranks.
 
     Parameters
     ----------
@@ -52,7 +55,7 @@ class PetscStiffness:
 
     Attributes
     ----------
-    library : what solves, for the summary: PETSc's version, its direct solver, and the number of processes.
+    library : what solves, for the summary: PETSc's version, its direct solver, and the number of processes
 
     Raises
     ------
@@ -65,9 +68,8 @@ class PetscStiffness:
 
     def __init__(self, matrix: sp.csc_array) -> None:
         if rank_and_size()[1] > 1 and not _is_started():
-            raise SceneError(
-                f"solver.reduction = 'petsc' on {rank_and_size()[1]} processes: expected a call of cohesive.petsc.start() at the "
-                "beginning of the script"
+            raise _refused(
+                f" on {rank_and_size()[1]} processes: expected a call of cohesive.petsc.start() at the beginning of the script"
             )
         solver_type()
         self._matrix = matrix
@@ -88,7 +90,7 @@ class PetscStiffness:
         if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, free):
             layout = self._layout = Layout.latest = Layout.from_entries(self._matrix, rows, columns, free)
             solver = _together("set_up", layout.shares(_processes()))[0]
-            self.library = f"PETSc {'.'.join(map(str, _petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
+            self.library = f"PETSc {'.'.join(map(str, petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
         if free is not None:
             load, row, right = free.T @ load, free.T @ row, free.T @ right
         found = _together("solve", layout.split(values, right, load, _processes()))
@@ -101,22 +103,18 @@ class PetscStiffness:
         return np.append(step if free is None else free @ step, change)
 
 
-def unreduced(bulk: Bulk) -> Condensation:
+def uncondensed(bulk: Bulk) -> Condensation:
     """All unknowns, with the stiffness that PETSc factors."""
     transform, shape = bulk.unknowns.transform, bulk.points.shape
     stiffness = PetscStiffness((transform.T @ bulk.stiffness @ transform).tocsc())
-
-    def recover(v: Array) -> Array:
-        return np.asarray(transform @ v).reshape(shape)
-
-    return Condensation("petsc", stiffness, np.arange(transform.shape[1]), recover, "")
+    return Condensation("petsc", stiffness, np.arange(transform.shape[1]), Recovery(transform, shape), "")
 
 
-class _Share:
-    """What a process holds of the matrix, its factor and the solver. All processes call its methods together."""
+class Share:
+    """What a rank holds of the matrix, its factor and the solver. All ranks call its methods together."""
 
     def __init__(self, size: int, start: Index, column: Index, bulk: Array, changing: Index) -> None:
-        PETSc = _petsc()
+        PETSc = petsc()
         self._start, self._column = start.astype(PETSc.IntType), column.astype(PETSc.IntType)
         self._bulk, self._changing = bulk, changing
         rows = (len(start) - 1, size)
@@ -134,7 +132,7 @@ class _Share:
         self._krylov.getPC().setFactorSolverType(solver_type())
         options = PETSc.Options()
         if not options.hasName("mat_mumps_icntl_14"):
-            options["mat_mumps_icntl_14"] = 100  # room for pivoting, per cent; MUMPS gives up where it takes more
+            options["mat_mumps_icntl_14"] = 100  # memory for pivoting, per cent; MUMPS gives up if it takes more
         self._krylov.setFromOptions()
 
     def solver(self) -> str:
@@ -143,25 +141,25 @@ class _Share:
         return str(pc.getFactorSolverType() if pc.getType() in ("lu", "cholesky") else pc.getType())
 
     def solve(self, added: Array, right: Array, load: Array) -> Array | None:
-        """Both solutions on the rows of this process, (2, rows), or None where the matrix is singular."""
+        """Both solutions on the rows of this rank, (2, rows), or None if the matrix is singular."""
         values = self._bulk.copy()
         values[self._changing] += added
         self._matrix.setValuesCSR(self._start, self._column, values)
         self._matrix.assemble()
         for fresh in (False, True) if self._is_factored else (True,):
             self._krylov.getPC().setReusePreconditioner(not fresh)
-            if (both := self._both(right, load, fresh)) is not None:
+            if (both := self.both(right, load, fresh)) is not None:
                 return both
         return None
 
-    def _both(self, right: Array, load: Array, fresh: bool) -> Array | None:
-        """None where there is no factor, or an old one does not do."""
+    def both(self, right: Array, load: Array, fresh: bool) -> Array | None:
+        """Both solutions; None if there is no factor, or a reused one does not do."""
         for side, solution, guess in ((right, self._found, False), (load, self._response, not fresh)):
             self._right.setArray(side)
             self._krylov.setInitialGuessNonzero(guess)
             self._krylov.solve(self._right, solution)
             reason = self._krylov.getConvergedReason()
-            self._is_factored = reason != _petsc().KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
+            self._is_factored = reason != petsc().KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
             if not self._is_factored:
                 self._krylov.reset()  # else it would remember the failure
                 self._krylov.setOperators(self._matrix)
@@ -171,40 +169,41 @@ class _Share:
         return np.stack([self._found.getArray(), self._response.getArray()])
 
     def destroy(self) -> None:
-        for thing in (self._krylov, self._matrix, self._right, self._found, self._response):
-            thing.destroy()
+        """Free what PETSc holds."""
+        for item in (self._krylov, self._matrix, self._right, self._found, self._response):
+            item.destroy()
 
 
-#: of this process
-_share: _Share | None = None
+#: of this rank
+_share: Share | None = None
 
 
 def _do(task: str, given: tuple[Any, ...]) -> Any:
-    """A task in which all processes take part, each with its own data."""
+    """A task in which all ranks take part, each with its own data."""
     global _share
     if task == "set_up":
         if _share is not None:
             _share.destroy()
-        _share = _Share(*given)
+        _share = Share(*given)
         return _share.solver()
     assert _share is not None
     return _share.solve(*given)
 
 
 def _together(task: str, given: list[tuple[Any, ...]]) -> list[Any]:
-    """Let every process do a task, each with its own data; the results in the order of the processes."""
+    """Let every rank do a task, each with its own data; the results in the order of the ranks."""
     if len(given) == 1:
         return [_do(task, given[0])]
     world = _mpi().COMM_WORLD
     with _undisturbed(), _or_abort():
-        for process in range(1, len(given)):
-            world.send((task, given[process]), process)
+        for rank in range(1, len(given)):
+            world.send((task, given[rank]), rank)
         return list(world.gather(_do(task, given[0])))
 
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Signals wait until the end: an interruption half-way would leave the other processes waiting for ever."""
+    """Signals wait until the end: an interruption half-way would leave the other ranks waiting for ever."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -227,7 +226,7 @@ def _undisturbed() -> Iterator[None]:
 
 @contextmanager
 def _or_abort() -> Iterator[None]:
-    """End all processes where one has an error that the others do not know of."""
+    """End all ranks if one has an error that the others do not know of."""
     try:
         yield
     except BaseException:
@@ -243,7 +242,7 @@ def _is_started() -> bool:
 
 
 def start() -> None:
-    """Let process 0 go on; the others stay here, compute what it asks for, and end with it.
+    """Let rank 0 go on; the others stay here, compute what it asks for, and end with it.
 
     Does nothing without mpiexec.
 
@@ -252,21 +251,22 @@ def start() -> None:
     SceneError
         Without petsc4py, mpi4py or a parallel direct solver.
     SystemExit
-        In the other processes, when process 0 has ended.
+        In the other ranks, when rank 0 has ended.
     """
     global _started
-    number, count = rank_and_size()
+    rank, count = rank_and_size()
     if count == 1 or _started:
         return
-    found = _mpi().COMM_WORLD.Get_size(), _petsc().COMM_WORLD.getSize()
+    found = _mpi().COMM_WORLD.Get_size(), petsc().COMM_WORLD.getSize()
     if found != (count, count):
         raise SceneError(
             f"mpiexec started {count} processes, of which mpi4py sees {found[0]} and PETSc {found[1]}: expected mpiexec, "
-            "mpi4py and petsc4py of one MPI library"
+            "mpi4py and petsc4py of one MPI library",
+            key=_KEY,
         )
     solver_type()
     _started = True
-    if number == 0:
+    if rank == 0:
         atexit.register(_end)
     else:
         _serve()
@@ -274,8 +274,8 @@ def start() -> None:
 
 
 def _serve() -> None:
-    """Take part in what process 0 asks for, until it ends."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # they reach all processes; process 0 decides what follows
+    """Take part in what rank 0 asks for, until it ends."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # they reach all ranks; rank 0 decides what follows
         signal.signal(number, signal.SIG_IGN)
     world = _mpi().COMM_WORLD
     with _or_abort():
@@ -289,10 +289,10 @@ def _serve() -> None:
 
 
 def _end() -> None:
-    """Let the other processes end."""
+    """Let the other ranks end."""
     world = _mpi().COMM_WORLD
-    for process in range(1, world.Get_size()):
-        world.send(("end", ()), process)
+    for rank in range(1, world.Get_size()):
+        world.send(("end", ()), rank)
 
 
 @cache
@@ -304,13 +304,13 @@ def solver_type() -> str:
     SceneError
         Without petsc4py, or on several processes without a parallel direct solver.
     """
-    PETSc = _petsc()
+    PETSc = petsc()
     for name in ("mumps", "superlu_dist"):
         if PETSc.Sys.hasExternalPackage(name):
             return name
     if _processes() > 1:
-        raise SceneError(
-            f"solver.reduction = 'petsc' on {_processes()} processes: this PETSc was built without a parallel direct solver; "
+        raise _refused(
+            f" on {_processes()} processes: this PETSc was built without a parallel direct solver; "
             "expected one with MUMPS or SuperLU_DIST (its configure option --download-mumps --download-scalapack, or on "
             "Debian and Ubuntu apt-get install python3-petsc4py-real)"
         )
@@ -322,11 +322,11 @@ def _counted(processes: int) -> str:
 
 
 def _processes() -> int:
-    return int(_petsc().COMM_WORLD.getSize())
+    return int(petsc().COMM_WORLD.getSize())
 
 
 @cache
-def _petsc() -> Any:
+def petsc() -> Any:
     """The module petsc4py.PETSc, initialized; it takes its options from PETSC_OPTIONS, not from our command line."""
     try:
         import petsc4py
@@ -334,7 +334,7 @@ def _petsc() -> Any:
         petsc4py.init([])
         from petsc4py import PETSc
     except ImportError as error:
-        raise SceneError(_missing("petsc4py", error)) from None
+        raise _missing("petsc4py", error) from None
     return PETSc
 
 
@@ -344,12 +344,16 @@ def _mpi() -> Any:
     try:
         from mpi4py import MPI
     except ImportError as error:
-        raise SceneError(_missing("mpi4py", error)) from None
+        raise _missing("mpi4py", error) from None
     return MPI
 
 
-def _missing(package: str, error: ImportError) -> str:
-    return (
-        f"solver.reduction = 'petsc' needs the package {package}, which cannot be imported ({error}): "
-        "pip install 'cohesive-cracks[petsc]', see 'On several machines' in the README"
+def _missing(package: str, error: ImportError) -> SceneError:
+    return _refused(
+        f" needs the package {package}, which cannot be imported ({error}): pip install 'cohesive-cracks[petsc]', see "
+        "'On several machines' in the README"
     )
+
+
+def _refused(why: str) -> SceneError:
+    return SceneError(f"{_KEY} = 'petsc'{why}", key=_KEY)

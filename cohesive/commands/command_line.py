@@ -1,0 +1,41 @@
+"""The parser of all commands, and what their errors end in."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib import metadata
+
+from meshing.errors import MeshError
+
+from ..errors import SceneError
+from . import compare, keys, law, run, scenes, trade
+from .common import BAD_INPUT, INTERRUPTED, gather_ranks
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        gather_ranks(options)
+        return int(options.execute(options))
+    except (SceneError, MeshError) as error:
+        print(f"cohesive: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt as error:
+        print(f"cohesive: {str(error) or 'interrupted'}; what was written until then is complete", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of the output has left, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete and smeared.")
+    parser.add_argument("--version", action="version", version=f"cohesive-cracks {metadata.version('cohesive-cracks')}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for command in (run, compare, trade, law, scenes, keys):
+        command.add_parser(commands)
+    return parser

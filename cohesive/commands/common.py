@@ -1,0 +1,118 @@
+"""What several commands share: the scene and its changes, the progress bar, exit statuses."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tomllib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from tqdm import tqdm
+
+from meshing.errors import MeshError
+
+from ..algebra.petsc.ranks import rank_and_size
+from ..errors import NotConverged, SceneError
+from ..scenes.scene import Scene
+from ..solver.march import Step
+
+#: exit statuses: a run that stopped before its end, bad input or a file that cannot be written, interrupted
+STOPPED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+#: what ends a run early, with everything before it in the exception's `result`
+ENDS = (NotConverged, KeyboardInterrupt, SceneError, MeshError)
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def add_scene(parser: argparse.ArgumentParser, default: str, example: str) -> None:
+    """The scene, its changes and the folder for its files, of every command that runs one."""
+    parser.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
+    parser.add_argument("-o", "--output", metavar="DIR", help=f"folder for the files (default: {default})")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help=f"change a key, as in {example} (see `cohesive keys`)"
+    )
+
+
+def add_verbose(parser: argparse.ArgumentParser) -> None:
+    """Whether residuals are printed."""
+    parser.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
+
+
+def load_scene(options: argparse.Namespace) -> Scene:
+    """The scene of a command line with its changes."""
+    return Scene.load(options.scene).with_(**assignments(options.set))
+
+
+def assignments(pairs: Sequence[str]) -> dict[str, Any]:
+    """KEY=VALUE with a TOML value; what is not TOML is a string."""
+    result = {}
+    for pair in pairs:
+        key, separator, text = pair.partition("=")
+        if not separator or not key.strip():
+            raise SceneError(f"--set {pair}: expected KEY=VALUE, as in material.Gf=0.1")
+        try:
+            result[key.strip()] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            result[key.strip()] = text.strip()
+    return result
+
+
+def gather_ranks(options: argparse.Namespace) -> None:
+    """Under mpiexec rank 0 goes on alone; the others compute for it, and end with it."""
+    count = rank_and_size()[1]
+    if count == 1:
+        return
+    if not getattr(options, "can_share", False) or load_scene(options).solver.condensation != "petsc":
+        raise SceneError(
+            f"mpiexec started {count} processes: expected one, or the command run or compare with "
+            "solver.condensation = 'petsc'"
+        )
+    from ..algebra.petsc.stiffness import start  # with MPI
+
+    start()
+
+
+def status_of(error: BaseException) -> int:
+    """Exit status of a run that ended early."""
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED
+    return STOPPED if isinstance(error, NotConverged) else BAD_INPUT
+
+
+def trade_folder(scene: str) -> Path:
+    """Where `trade` leaves its files, and `run --accuracy` looks for them."""
+    return Path(f"{Path(scene).stem}-trade")
+
+
+def progress(total: int | None = None, unit: str = "step") -> tqdm[Any]:
+    """A bar on a terminal, nothing in a pipe."""
+    return tqdm(total=total, unit=unit, disable=not sys.stderr.isatty(), leave=False)
+
+
+def reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]], None]:
+    """What moves the bar after each step."""
+
+    def on_step(step: Step, row: dict[str, float]) -> None:
+        bar.update()
+        bar.set_postfix_str(f"{step.control} {step.value:.4g}, load {row['load']:.4g} N, {row['iterations']} iterations")
+        if verbose:
+            residuals = " ".join(f"{r:.0e}" for r in step.equilibrium.residuals)
+            bar.write(
+                f"step {row['step']:4d}  {step.control} {step.value:.5g}  cuts {step.cuts}  residuals {residuals}", sys.stdout
+            )
+
+    return on_step
+
+
+def expected_steps(scene: Scene) -> int:
+    """Number of steps if none is cut."""
+    total, value = 0.0, 0.0
+    for stage in scene.stages:
+        for target in stage.targets:
+            total += stage.count(abs(target - value)) + (stage.count(abs(target)) if stage.unload else 0.0)
+            value = 0.0 if stage.unload else target
+        value = 0.0
+    return round(total)

@@ -1,0 +1,198 @@
+"""What a run leaves behind: its history, its states, and the numbers that follow from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from meshing.paths import along_paths
+
+from ..arrays import Array
+from ..solver.columns import COLUMN_NAMES
+from .frames import Frame, frame_of
+from .pickling import without_factors
+
+if TYPE_CHECKING:
+    from ..model.model import Model
+    from ..scenes.reference import Reference
+    from ..scenes.scene import Scene
+    from ..solver.problem import Problem, State
+
+
+class RunData:
+    """The data of a run.
+
+    In a pickle the displacements of all rows stand in place of the stiffness and its factors.
+
+    Attributes
+    ----------
+    scene : Scene
+    model : Model, with mesh and integration points
+    history : dict of 1-D arrays, one row for each converged step
+    states : list of State, one for each row
+    notes : list of remarks on how the stages ended
+    reference : Reference or None
+    timings : seconds: mesh, assemble, condense, newton and, after `save`, output
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        model: Model,
+        rows: list[dict[str, float]],
+        states: list[State],
+        notes: list[str],
+        reference: Reference | None,
+    ) -> None:
+        self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
+        self.history: dict[str, Array] = {name: np.array([row[name] for row in rows]) for name in COLUMN_NAMES}
+        self.timings = model.timings | {"output": 0.0}
+        self.states = states
+        self._displacements: Array | None = None  # of all rows, in a result from a pickle
+        self._added_compliance: float | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = self.__dict__.copy()
+        if self._displacements is None:
+            whole = np.empty((len(self.states), *self.model.mesh.points.shape))
+            for row in range(len(self.states)):
+                whole[row] = self.displacement(row)
+            kept["_displacements"] = whole
+            kept["_added_compliance"] = self.added_compliance() if self.states else None
+            kept["model"] = without_factors(self.model)
+        return kept
+
+    @property
+    def peak_row(self) -> int:
+        """Row of the largest load."""
+        return int(self.history["load"].argmax())
+
+    @property
+    def peak_load(self) -> float:
+        """Largest load, N (negative if all loads are)."""
+        return float(self.history["load"][self.peak_row]) if self.states else 0.0
+
+    @property
+    def opening_at_peak(self) -> float:
+        """Opening at the largest load, mm."""
+        return float(self.history["opening"][self.peak_row]) if self.states else 0.0
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Damage dissipation at the end, N mm."""
+        return float(self.history["dissipated"][-1]) if self.states else 0.0
+
+    @property
+    def full_energy(self) -> float | None:
+        """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch.
+        None if the area is not known, as for a crack anywhere in a mesh of the user's."""
+        material, cracks = self.scene.material, self.model.cracks
+        if cracks.area is None:
+            return None
+        return (material.Gf + material.ft**2 * cracks.width / (2 * material.E)) * cracks.area
+
+    @property
+    def energy_error(self) -> float:
+        """Largest difference between external work and energies, each integrated on its own, over the largest work."""
+        h = self.history
+        if not self.states:
+            return 0.0
+        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
+        return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations in all converged steps."""
+        return int(self.history["iterations"].sum())
+
+    @property
+    def solution_time(self) -> float:
+        """Seconds from the scene to the last step, without files."""
+        return sum(seconds for name, seconds in self.timings.items() if name != "output")
+
+    @property
+    def active_dofs(self) -> int:
+        """Unknowns that Newton's method works on."""
+        return self.model.active_dofs
+
+    @property
+    def total_dofs(self) -> int:
+        """Unknowns of the whole body."""
+        return self.model.total_dofs
+
+    @property
+    def problem(self) -> Problem:
+        """The equations that were solved."""
+        return self.model.problem
+
+    @property
+    def drives_both_ways(self) -> bool:
+        """Whether a platen moves along two directions, so that the load is not always that of the opening."""
+        return len(self.problem.drives) == 2
+
+    @property
+    def platen_path(self) -> Array:
+        """Length of the way that the drives have gone, (rows,), mm."""
+        positions = np.array([state.v[self.problem.drives] for state in self.states]).reshape(len(self.states), -1)
+        return np.cumsum(np.linalg.norm(np.diff(positions, axis=0, prepend=0.0), axis=1))
+
+    @property
+    def last(self) -> State:
+        """The state at the last row."""
+        return self.states[-1]
+
+    @property
+    def gauge_is_elastic(self) -> bool:
+        """Whether the opening is measured over a length of the body, not as the mean jump."""
+        return bool(self.scene.specimen.gauges())
+
+    def added_compliance(self) -> float:
+        """What the interface's width adds to the elastic compliance of opening under load, as a part of it.
+
+        With the mean jump as gauge, which has no elastic part, the driven motion stands for the opening. A band
+        adds none: its elements are part of the body.
+        """
+        if self.model.is_smeared:
+            return 0.0
+        if self._added_compliance is None:
+            problem = self.problem
+            # 1e6 times stiffer: a crack plane without width
+            with_width, without = (problem.response(factor * problem.point_law.elastic()) for factor in (1.0, 1e6))
+            row = problem.measures["opening"] if self.gauge_is_elastic else problem.drive
+            self._added_compliance = float(row @ with_width) / float(row @ without) - 1.0
+        return self._added_compliance
+
+    def displacement(self, row: int) -> Array:
+        """Displacements of all nodes in a row of the history, (m, d), mm."""
+        if self._displacements is not None:
+            return np.asarray(self._displacements[row])
+        return self.model.condensation.recover(self.states[row].v)
+
+    def frame(self, row: int) -> Frame:
+        """Fields of a row of the history (0 is the first)."""
+        return frame_of(self.model, self.states[row], self.displacement(row), int(self.history["step"][row]))
+
+    def frame_rows(self) -> list[int]:
+        """Rows that are written as frames: evenly spread, the peak and the last one."""
+        n, wanted = len(self.states), self.scene.output.frames
+        if not n or not wanted:
+            return []
+        return sorted({*np.linspace(0, n - 1, wanted + 1).round().astype(int)[1:].tolist(), self.peak_row})
+
+    def opening_profile(self, row: int) -> tuple[Array, Array]:
+        """Positions (p, d) and openings (p,) of the points with cracks in a row of the history, mm, in the order of
+        `profile_distance`. In a band the opening is l_ch times the fracture strain."""
+        values = self.model.cracks.point_values(self.states[row])
+        order = np.argsort(self._distance(), kind="stable")
+        return self.model.cracks.where[order], values["opening"][order]
+
+    def profile_distance(self) -> Array:
+        """Distance along the crack path of the points of `opening_profile`, (p,), mm, ascending; without a path, along the
+        longest side of the points."""
+        return np.sort(self._distance(), kind="stable")
+
+    def _distance(self) -> Array:
+        """Distance along the crack path of each point with a crack, (p,), mm."""
+        where, lines = self.model.cracks.where, self.scene.specimen.paths
+        return along_paths(where[:, :2] if lines else where, lines)

@@ -1,0 +1,86 @@
+"""THE list of a scene's keys, from the dataclasses that they are fields of: for `cohesive keys` and the reference pages."""
+
+from __future__ import annotations
+
+import json
+import typing
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass, fields
+from typing import Any
+
+from meshing.keys import default_of, expected
+from meshing.sizes import MeshSizes
+from meshing.specimens import SPECIMENS
+
+from ..law.concrete import Concrete
+from ..solver.stages import Stage
+from .checks import alternatives
+from .tables import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
+
+_TYPES = {float: "number", int: "whole number", str: "string", bool: "true or false"}
+
+#: dataclass of each table but [specimen]
+_TABLES: dict[str, type] = {
+    "mesh": MeshSizes,
+    "material": Concrete,
+    "interface": InterfaceOptions,
+    "model": ModelOptions,
+    "band": BandOptions,
+    "stage": Stage,
+    "solver": SolverOptions,
+    "reference": ReferenceOptions,
+    "output": OutputOptions,
+}
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of a scene.
+
+    Attributes
+    ----------
+    table, name : as in [table] name = ...
+    type, unit, default, range, meaning : in words; empty if there is nothing to say
+    is_needed : whether a scene must give it
+    """
+
+    table: str
+    name: str
+    type: str
+    unit: str
+    default: str
+    range: str
+    meaning: str
+    is_needed: bool = False
+
+
+def keys_of_table(table: str, cls: type) -> Iterator[Key]:
+    """The keys of one table, in order."""
+    hints = typing.get_type_hints(cls)
+    for each in fields(cls):
+        types = [_TYPES[kind] for kind in alternatives(hints[each.name]) if kind in _TYPES]
+        meta, default = each.metadata, default_of(each)
+        yield Key(
+            table, each.name, " or ".join(types), meta.get("unit", ""), "" if default is MISSING else _text(default),
+            expected(meta).removeprefix("of "), meta.get("meaning", ""), default is MISSING and not meta.get("by_rule"),
+        )  # fmt: skip
+
+
+def scene_keys(kind: str | None = None) -> list[Key]:
+    """All keys of a scene, those of [specimen] for one kind, or none if no kind is named."""
+    found = [Key("", "title", "string", "", "untitled", "", "title of the figures and the summary")]
+    found.append(Key("specimen", "kind", "string", "", "", " or ".join(map(repr, SPECIMENS)), "kind of the specimen", True))
+    if kind is not None:
+        found += keys_of_table("specimen", SPECIMENS[kind])
+    for table, cls in _TABLES.items():
+        found += keys_of_table(table, cls)
+    return found
+
+
+def specimen_kinds() -> list[str]:
+    """Kinds of specimens, those of a user's script included."""
+    return list(SPECIMENS)
+
+
+def _text(default: Any) -> str:
+    return "" if default is None else json.dumps(default)

@@ -1,0 +1,57 @@
+"""The columns of the history: the one list that the file, the figures, the reference page and the stages take them from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the history.
+
+    Attributes
+    ----------
+    name : key of `result.history`, heading in history.csv.
+    unit : "mm", "N", "MPa", "N mm", "s"; empty for a number without unit.
+    meaning : a phrase for the reference page.
+    watched : whether a stage's `until` may name it.
+    unloaded : whether a stage's `unload` may name it.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    watched: bool = False
+    unloaded: bool = False
+
+
+COLUMNS = (
+    Column("step", "", "number of the converged step"),
+    Column("load", "N", "force along the motion of the drive", watched=True, unloaded=True),
+    Column("opening", "mm", "normal motion between the points of the gauge", watched=True, unloaded=True),
+    Column("sliding", "mm", "tangential motion between the points of the gauge", watched=True, unloaded=True),
+    Column("driven", "mm", "motion of the drive, on which the load does its work", watched=True, unloaded=True),
+    Column("stress_n", "MPa", "mean normal traction on the crack", watched=True, unloaded=True),
+    Column("stress_s", "MPa", "mean shear traction on the crack", watched=True, unloaded=True),
+    Column("work", "N mm", "work of the load so far", watched=True),
+    Column("elastic", "N mm", "elastic energy of the bulk, and of the specimen's springs", watched=True),
+    Column("stored", "N mm", "energy stored on the cracks, given back on unloading", watched=True),
+    Column("dissipated", "N mm", "energy that damage has dissipated so far", watched=True),
+    Column("contact_work", "N mm", "work of the contact tractions so far", watched=True),
+    Column("iterations", "", "iterations of Newton's method in the step"),
+    Column("cuts", "", "how often the step was cut before it converged"),
+    Column("residual", "", "residual of the step, relative to its forces"),
+    Column("wall_time", "s", "time since the first step began"),
+    Column("stage", "", "number of the stage, the first is 1"),
+)
+
+COLUMN_NAMES = tuple(column.name for column in COLUMNS)
+
+#: the load over the largest load so far: `until` may watch it, though it is no column
+LOAD_RATIO = "load_ratio"
+
+#: what `until` may watch
+WATCHED = (*(column.name for column in COLUMNS if column.watched), LOAD_RATIO)
+
+#: what `unload` may go back to
+UNLOADED = tuple(column.name for column in COLUMNS if column.unloaded)

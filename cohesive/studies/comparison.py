@@ -1,0 +1,138 @@
+"""A discrete and a smeared run of one scene, and the numbers that compare them."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from ..arrays import Array
+from ..results.run_data import RunData
+from .curves import Pair, curve_of
+
+MODELS = ("discrete", "smeared")
+
+#: units of the table's quantities
+UNITS = {"peak": "N", "opening_at_peak": "mm", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
+
+#: for each stage its title and, by model, positions along the crack path and openings, mm
+Profiles = list[tuple[str, dict[str, tuple[Array, Array]]]]
+
+Run = TypeVar("Run", bound=RunData)
+
+
+class ComparisonData(Generic[Run]):
+    """The data of a comparison.
+
+    Attributes
+    ----------
+    discrete, smeared : Result
+    table : {quantity: {"discrete": , "smeared": , "relative_difference": }}, the difference that of the smeared value
+        over the discrete one. peak (N), opening_at_peak (mm); energy (N mm), the area under load over opening to the
+        common end; curve_distance, the area between the curves over the area under each, and over the mean of both;
+        iterations; seconds, without files. If a platen moves both ways, the curves are those of its load over its
+        motion, and the energy is its work.
+    notes : what stopped a run early, and what the runs say of themselves
+    """
+
+    def __init__(self, discrete: Run, smeared: Run, notes: list[str]) -> None:
+        self.discrete, self.smeared, self.notes = discrete, smeared, notes
+        pair = self._pair = Pair.from_curves(curve_of(discrete), curve_of(smeared))
+        under = {name: pair.under(i) for i, name in enumerate(MODELS)}
+        between = pair.between()
+        self.table: dict[str, dict[str, float]] = {
+            "peak": _row({name: run.peak_load for name, run in self.runs.items()}),
+            "opening_at_peak": _row({name: run.opening_at_peak for name, run in self.runs.items()}),
+            "energy": _row({name: pair.energy(i) for i, name in enumerate(MODELS)}),
+            "curve_distance": {name: _ratio(between, area) for name, area in under.items()}
+            | {"relative_difference": _ratio(2 * between, sum(under.values()))},
+            "iterations": _row({name: float(run.iterations) for name, run in self.runs.items()}),
+            "seconds": _row({name: run.solution_time for name, run in self.runs.items()}),
+        }
+
+    @property
+    def runs(self) -> dict[str, Run]:
+        """Both runs by model."""
+        return dict(zip(MODELS, (self.discrete, self.smeared), strict=True))
+
+    @property
+    def end(self) -> float:
+        """What both runs have travelled (mm), see `travelled`; energy and curve distance are taken up to there."""
+        return self._pair.end
+
+    def difference(self) -> tuple[Array, Array]:
+        """Load of the smeared run less that of the discrete one (N) over what both have travelled (mm), see `travelled`.
+
+        The result is (travelled, difference), (n,) each."""
+        return self._pair.difference()
+
+    @property
+    def by_platen(self) -> bool:
+        """Whether the curves are drawn over the way of a platen that moves in two directions."""
+        return self._pair.curves[0].platen is not None
+
+    @property
+    def travelled(self) -> str:
+        """What the curves are drawn over."""
+        if self.by_platen:
+            return "way of the platen, there and back"
+        there_and_back = bool((np.diff(self.discrete.history["opening"]) < 0).any())
+        return "opening travelled, forth and back" if there_and_back else "opening"
+
+    def profiles(self) -> Profiles:
+        """Openings (mm) over the position along the crack path (mm) in both models at three stages.
+
+        The stages are the peak, half the peak load after it (or halfway to the end), and the end; fewer if they coincide.
+        In 3D the opening is the mean over the thickness; a crack without a path has no profiles.
+        """
+        if self.discrete.model.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
+            return []
+        s, opening, _ = self._pair.upto_end(0)
+        found = []
+        for at in self._stages():
+            by_model = {
+                name: _profile(run, s[1:], at) for (name, run), s in zip(self.runs.items(), self._pair.travelled, strict=True)
+            }
+            found.append((f"opening {np.interp(at, s, opening):.3g} mm", by_model))
+        return found
+
+    def _stages(self) -> list[float]:
+        """What is travelled to the stages of `profiles`, mm."""
+        (s, _, load), end = self._pair.upto_end(0), self.end
+        peak = int(load.argmax())
+        fallen = np.flatnonzero(load[peak:] <= 0.5 * load[peak])
+        has_fallen = fallen.size and s[peak + fallen[0]] < 0.9 * end
+        middle = s[peak + fallen[0]] if has_fallen else 0.5 * (s[peak] + end)
+        stages = [float(s[peak]), float(middle), end]
+        return [a for i, a in enumerate(stages) if all(abs(a - b) > 0.01 * end for b in stages[:i])]
+
+
+def _row(values: dict[str, float]) -> dict[str, float]:
+    return values | {"relative_difference": _ratio(values["smeared"] - values["discrete"], values["discrete"])}
+
+
+def _ratio(value: float, over: float) -> float:
+    return value / over if over else 0.0
+
+
+def _profile(data: RunData, travelled: Array, at: float) -> tuple[Array, Array]:
+    """Positions along the path and openings when `at` is travelled, between the two rows around it; `travelled` (rows,)."""
+    after = int(np.clip(np.searchsorted(travelled, at), 0, len(travelled) - 1))
+    before = max(after - 1, 0)
+    step = travelled[after] - travelled[before]
+    share = (at - travelled[before]) / step if step > 0 else 1.0
+    position, model = data.profile_distance(), data.model
+    where, late = data.opening_profile(after)
+    opening = (1.0 - share) * data.opening_profile(before)[1] + share * late
+    if where.shape[1] == 3 and model.cracks.rotations is not None:
+        return _mean_over_thickness(position, opening)
+    if model.is_smeared and model.cracks.rotations is None:  # off the path nearly every point is closed
+        shown = opening > 0.01 * opening.max(initial=0.0)
+        return position[shown], opening[shown]
+    return position, opening
+
+
+def _mean_over_thickness(position: Array, opening: Array) -> tuple[Array, Array]:
+    """One opening for each position of those in ascending order; positions that differ by rounding are one."""
+    begin = np.flatnonzero(np.diff(position, prepend=-np.inf) > 1e-6 * np.ptp(position))
+    return position[begin], np.add.reduceat(opening, begin) / np.diff(begin, append=len(opening))

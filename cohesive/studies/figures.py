@@ -1,0 +1,110 @@
+"""Figures of a comparison and of a trade."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..arrays import Array
+from ..results.figures import abscissa, draw_reference, new_figure
+
+if TYPE_CHECKING:
+    from .comparison import ComparisonData, Profiles
+    from .trials import Trials
+
+
+def comparison_figure(comparison: ComparisonData[Any]) -> Figure:
+    """Load over opening in both models, their difference, and openings along the crack at three stages."""
+    profiles = comparison.profiles()
+    figure = new_figure(11.0 if profiles else 6.4, 5.6)
+    widths = [1.15, 1.0] if profiles else [1.0]
+    grid = figure.add_gridspec(2, len(widths), height_ratios=[2.4, 1.0], width_ratios=widths)
+    top, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
+    if not comparison.by_platen:
+        draw_reference(top, comparison.discrete.reference)
+    for result, label, style in ((comparison.discrete, "discrete", "C0-"), (comparison.smeared, "smeared", "C1--")):
+        what, x, load = abscissa(result)
+        top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.5g} N")
+    top.axhline(0.0, color="0.5", linewidth=0.6)
+    top.set(xlabel=f"{what} (mm)", ylabel="load (N)")
+    top.legend(frameon=False)
+    travelled, gap = comparison.difference()
+    below.plot(travelled, gap, color="C3", linewidth=1.0)
+    below.axhline(0.0, color="0.5", linewidth=0.6)
+    below.set(xlabel=f"{comparison.travelled} (mm)")
+    below.set(ylabel="smeared - discrete (N)")
+    if profiles:
+        _draw_profiles(figure.add_subplot(grid[:, 1]), profiles)
+    figure.suptitle(comparison.discrete.scene.title)
+    return figure
+
+
+def _draw_profiles(axes: Axes, profiles: Profiles) -> None:
+    """Openings along the crack of both models at some stages."""
+    for i, (title, by_model) in enumerate(profiles):
+        axes.plot(*by_model["discrete"], color=f"C{i + 4}", label=f"{title}, discrete")
+        axes.plot(*by_model["smeared"], "o", color=f"C{i + 4}", markersize=3, markerfacecolor="none", label="smeared")
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    axes.set(xlabel="position along the crack path (mm)", ylabel="crack opening: jump, or $l_{ch}$ x fracture strain (mm)")
+    axes.legend(frameon=False)
+
+
+def trade_figure(trade: Trials) -> Figure:
+    """Error over CPU time of every setting, both logarithmic, numbered as in the list beside it; the line joins those
+    that no other beats in both."""
+    figure = new_figure(12.5, 7.0)
+    axes, side = figure.subplots(1, 2, width_ratios=[1.9, 1.0])
+    front = trade.pareto_front()
+    trials = [(trial, trial.cost.cpu, trade.promise(trial)) for trial in trade.trials if trial.cost is not None]
+    trials.sort(key=lambda entry: -entry[2])
+    colours = ["C3" if trial in front else "0.35" if trial.is_same_problem else "C0" for trial, _, _ in trials]
+    _list(side, [textwrap.fill(trial.label, 66) for trial, _, _ in trials], colours)
+    for (trial, x, y), colour in zip(trials, colours, strict=True):
+        axes.loglog(x, y, "o" if trial.is_same_problem else "s", color=colour, markersize=4)
+    steps = [(x, y) for trial, x, y in trials if trial in front]
+    axes.loglog(*zip(*steps, strict=True), color="C3", linewidth=0.8, label="none is better in both")
+    axes.loglog([], [], "s", color="C0", markersize=4, label="another problem: other model or material")
+    axes.axhline(trade.own_error, color="0.6", linestyle=":", label="error of the reference itself")
+    error = "largest relative error in peak, energy and curve, with that of the reference added"
+    axes.set(xlabel="CPU time (s)", ylabel=error, title=trade.scene.title)
+    axes.legend(frameon=False, loc="upper right")
+    figure.draw_without_rendering()  # the layout moves the axes, and with them the points
+    _number(axes, np.array([(x, y) for _, x, y in trials]), colours)
+    return figure
+
+
+def _list(axes: Axes, words: Sequence[str], colours: Sequence[str]) -> None:
+    """A numbered list in place of axes."""
+    axes.axis("off")
+    lines = np.array([1 + each.count("\n") for each in words])
+    heights = 1.0 - (np.cumsum(lines) - 0.5 * lines) / max(lines.sum(), 26)
+    for i, (text, height, colour) in enumerate(zip(words, heights, colours, strict=True)):
+        axes.text(0.0, height, f"{i + 1:2d}", fontsize=7.5, color=colour, va="center", transform=axes.transAxes)
+        axes.text(0.07, height, text, fontsize=7.5, color=colour, va="center", transform=axes.transAxes)
+
+
+def _number(axes: Axes, points: Array, colours: Sequence[str]) -> None:
+    """The numbers of points, each at the nearest location at which it covers no point and no other number, with a line
+    to its point if it is not beside it."""
+    at = axes.transData.transform(points) * 72.0 / axes.figure.dpi  # printer's points, whatever the resolution
+    box = np.array([9.5, 7.5])  # half of a number and the gap around it
+    taken = [*at]
+    around = np.radians(45.0 * np.arange(1, 9))
+    ways = np.stack([np.cos(around), np.sin(around)], axis=1) * box
+    shifts = np.concatenate([r * ways for r in np.arange(1.0, 12.0, 0.5)])
+    for i, (point, origin, colour) in enumerate(zip(points, at, colours, strict=True)):
+        apart = np.where(np.arange(len(taken))[:, None] < len(at), 0.6, 1.2) * box  # to points, and to numbers
+        free = [shift for shift in shifts if (abs(taken - origin - shift) >= apart).any(axis=1).all()]
+        shift = free[0] if free else ways[0]
+        taken.append(origin + shift)
+        far = bool(abs(shift / box).max() > 1.2)
+        line = {"arrowstyle": "-", "color": colour, "linewidth": 0.4, "shrinkA": 0.0, "shrinkB": 1.0} if far else None
+        axes.annotate(
+            str(i + 1), point, shift, textcoords="offset points", fontsize=7, color=colour, ha="center", va="center",
+            arrowprops=line,
+        )  # fmt: skip

@@ -1,0 +1,42 @@
+"""A 2D body before it is meshed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .paths import SLACK, Line, Point
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A 2D body before it is meshed. Lengths in mm.
+
+    Parameters
+    ----------
+    corners : of the body, counter-clockwise.
+    crack, slits : polylines of the crack and of notches without width, inside the body.
+    nodes : points that must be nodes, by the name of the point set they end up in.
+    edges : straight parts of the outline, by the name of the point set of their nodes.
+    half : the crack runs along the outline, and a mirror image stands on its other side.
+    """
+
+    corners: Line
+    crack: Sequence[Line]
+    slits: Sequence[Line] = ()
+    nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
+    edges: Mapping[str, tuple[Point, Point]] = field(default_factory=dict)
+    half: bool = False
+
+    @property
+    def area(self) -> float:
+        """Area inside the corners, mm^2."""
+        x, y = np.asarray(self.corners, dtype=float).T
+        return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+    @property
+    def slack(self) -> float:
+        """Distance below which two points are one, mm."""
+        return SLACK * float(np.ptp(np.array(self.corners, dtype=float), axis=0).max())

@@ -1,0 +1,30 @@
+"""Specimens, one kind in one file: geometry, where they are held, driven and measured. Lengths in mm, angles in degrees."""
+
+from .base import Drive, Gauge, PlaneSpecimen, Specimen, Support
+from .mixed_mode_plate import MixedModePlate
+from .notched_beam import NotchedBeam
+from .notched_tension import NotchedTension
+from .push_off import PushOff
+from .registry import SPECIMENS, register_specimen
+from .sandwich_panel import SandwichPanel
+from .single_crack import SingleCrack
+from .single_crack_3d import SingleCrack3D
+from .user_mesh import UserMesh
+
+__all__ = [
+    "SPECIMENS",
+    "Drive",
+    "Gauge",
+    "MixedModePlate",
+    "NotchedBeam",
+    "NotchedTension",
+    "PlaneSpecimen",
+    "PushOff",
+    "SandwichPanel",
+    "SingleCrack",
+    "SingleCrack3D",
+    "Specimen",
+    "Support",
+    "UserMesh",
+    "register_specimen",
+]

@@ -1,0 +1,268 @@
+"""What every specimen says of itself: geometry and meshes, where it is held, driven and measured, its symmetry."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import meshio
+
+from ..band import mesh_band
+from ..errors import MeshError
+from ..extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
+from ..keys import check_keys
+from ..outline import Outline
+from ..paths import Line, Point
+from ..paths import path_length as length_of_path
+from ..polygon import mesh_body, mesh_polygon
+from ..sizes import MeshSizes
+
+#: name of a point set of the mesh, or a point that is a node
+Location = str | tuple[float, ...]
+Direction = tuple[float, ...]
+
+#: normal of the plane strain or stress of an extruded specimen
+_ACROSS: Direction = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Support:
+    """No motion of some nodes along a direction.
+
+    Parameters
+    ----------
+    at : Location
+    direction : unit vector; None: every direction.
+    lever : half the length along x of a face that rotates freely about its centre, mm.
+    """
+
+    at: Location
+    direction: Direction | None = None
+    lever: float | None = None
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Nodes that move together along a direction, from outside; the load acts there.
+
+    Parameters
+    ----------
+    at : Location
+    direction : unit vector
+    shear : unit vector at a right angle to it, of a platen that moves both ways; a stage gives its angle.
+    lever : as that of a `Support`
+    holds_jumps : whether the faces of a crack move together here; None: if there is more than one node.
+    share : of the motion of the whole, in one half of it.
+    spring : stiffness that resists the motion along `direction` where a stage leaves it free, N/mm.
+    """
+
+    at: Location
+    direction: Direction
+    shear: Direction | None = None
+    lever: float | None = None
+    holds_jumps: bool | None = None
+    share: float = 1.0
+    spring: float = 0.0
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """The motion of a location against another one.
+
+    Parameters
+    ----------
+    plus, minus : Location; minus None: the mirror image of plus.
+    direction : unit vector of the opening; None: the crack's mean normal, from minus to plus.
+    """
+
+    plus: Location
+    minus: Location | None
+    direction: Direction | None = None
+
+
+class Specimen(ABC):
+    """A body with a crack. Its fields are the keys of a scene; errors of the geometry are MeshErrors that name the key."""
+
+    #: dimensions in which it can be modelled; none: a mesh of the user's tells
+    dimensions: ClassVar[tuple[int, ...]] = (2,)
+    #: shapes of elements, see `MeshSizes`
+    shapes: ClassVar[tuple[str, ...]] = ("triangle", "quad")
+    #: elements along the crack on the mesh that is chosen by rule
+    elements_along: ClassVar[int] = 25
+    #: whether [mesh] gives its element sizes
+    is_sized: ClassVar[bool] = True
+
+    thickness: float | None
+
+    @abstractmethod
+    def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
+        """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
+
+    @abstractmethod
+    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
+        """Mesh for a crack band of `width` (mm), one element wide along the path."""
+
+    @abstractmethod
+    def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
+        """Mesh for cracks that may form anywhere, fine near the path."""
+
+    def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:  # noqa: B027  # all sizes give one
+        """A MeshError that names the key, if these sizes give no crack band."""
+
+    @abstractmethod
+    def held(self, *, half: bool = False) -> list[Support]:
+        """Where it is held."""
+
+    @abstractmethod
+    def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
+        """Where it is driven, by name: one entry."""
+
+    def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
+        """Where its opening and sliding are measured, by name: one entry, or none for the mean jump over the crack."""
+        return {}
+
+    def symmetry(self) -> Direction | None:
+        """Normal of the plane of the crack about which it is symmetric, so that one half may stand for the whole."""
+        return None
+
+    @property
+    def paths(self) -> list[Line]:
+        """The crack path; empty for a crack that no path describes."""
+        return []
+
+    @property
+    def crack_area(self) -> float | None:
+        """Area of the crack, mm^2; None if only the mesh tells."""
+        return None
+
+    @property
+    def path_length(self) -> float | None:
+        """Length of the crack, mm; None if only the mesh tells."""
+        return None if self.crack_area is None else self.crack_length_of(self.crack_area)
+
+    def crack_length_of(self, area: float) -> float:
+        """Length of a crack of some area (mm^2), mm: that of its path or, of a surface without one, the root of its area."""
+        return math.sqrt(area) if self.thickness is None else area / self.thickness
+
+    def is_off_the_notch(self) -> bool:
+        """Whether there are notches, and no crack path begins or ends in one."""
+        return False
+
+    def held_across(self, plane: str) -> list[Support]:
+        """What holds a 2D specimen along its thickness when it is extruded, in plane "strain" or "stress"."""
+        return []
+
+    def located(self, find: Callable[[str], Path]) -> Specimen:
+        """The same specimen, the files that it names found."""
+        return self
+
+
+class PlaneSpecimen(Specimen):
+    """A specimen that is given by a plane outline and a thickness, over which it can be extruded.
+
+    Extruded, it lies between z = -thickness/2 and thickness/2, and its point sets run through the thickness. Further sets:
+    `back` and `front`, the faces at the smallest and the largest z; `pin`, one node of the back. Shape "quad" stands for
+    hexahedra, "triangle" for tetrahedra. With a crack band all cells are hexahedra; those over a triangle of the plane mesh
+    have two pairs of equal nodes, which makes them prisms.
+    """
+
+    dimensions: ClassVar[tuple[int, ...]] = (2, 3)
+
+    thickness: float
+    crack: Any = None
+
+    def __post_init__(self) -> None:
+        check_keys(self, MeshError)
+        if self.crack is not None:
+            object.__setattr__(self, "crack", polylines(self.crack))
+
+    @property
+    @abstractmethod
+    def paths(self) -> list[Line]:
+        """The crack path."""
+
+    @property
+    def path_length(self) -> float:
+        """Length of the crack path, mm."""
+        return length_of_path("crack", self.paths)
+
+    @property
+    def crack_area(self) -> float:
+        """Area of the crack, mm^2."""
+        return self.path_length * self.thickness
+
+    @property
+    def tips(self) -> list[Point]:
+        """Centres of the notches' ends."""
+        return []
+
+    def is_off_the_notch(self) -> bool:
+        """Whether there are notches, and no crack path begins or ends in one."""
+        reach = 1e-6 + getattr(self, "notch_width", 0.0) / 2
+        ends = [p for line in self.paths for p in (line[0], line[-1])]
+        return bool(self.tips) and all(math.dist(p, tip) > reach for p in ends for tip in self.tips)
+
+    @abstractmethod
+    def outline(self, half: bool = False) -> Outline:
+        """The geometry, or one half of it."""
+
+    def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
+        """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
+        outline = self.outline(half)
+        if dimension == 3:
+            return mesh_prism(outline, sizes, self.thickness)
+        return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
+
+    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
+        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
+        if dimension == 3:
+            return mesh_prism_band(self.outline(), sizes, width, self.thickness)
+        return mesh_band(self.outline(), sizes, width)
+
+    def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:
+        """Extruded bands are of first order."""
+        if dimension == 3:
+            check_band_order(sizes)
+
+    def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
+        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.polygon.mesh_body`."""
+        if dimension == 3:
+            return mesh_prism_body(self.outline(), sizes, self.thickness)
+        return mesh_body(self.outline(), sizes)
+
+    def held_across(self, plane: str) -> list[Support]:
+        """Both faces in plane "strain", else one node."""
+        return [Support(name, _ACROSS) for name in (("back", "front") if plane == "strain" else ("pin",))]
+
+
+def expect(specimen: object, name: str, holds: bool, expected: str) -> None:
+    """A MeshError that names a key, its value and what was expected, if the latter does not hold."""
+    if not holds:
+        raise MeshError(f"{name} = {getattr(specimen, name)!r}: expected {expected}", name)
+
+
+def polylines(crack: Any) -> list[Line]:
+    """A polyline, or a list of them, as a list of polylines.
+
+    Raises
+    ------
+    MeshError
+        For anything else.
+    """
+    try:
+        nested = isinstance(crack[0][0], (list, tuple))
+        lines = [[(float(x), float(y)) for x, y in line] for line in (crack if nested else [crack])]
+        if all(math.isfinite(c) for line in lines for p in line for c in p):
+            return list(lines)
+    except (TypeError, ValueError, IndexError, KeyError):
+        pass
+    raise MeshError(f"crack = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists", "crack")
+
+
+def without_repeats(corners: list[Point]) -> list[Point]:
+    """Corners of a polygon, equal neighbours taken once."""
+    return [p for p, before in zip(corners, [corners[-1], *corners[:-1]], strict=True) if p != before]

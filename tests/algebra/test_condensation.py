@@ -1,0 +1,254 @@
+"""Condensation, the choice between the condensed and the whole system, and steps by means of an older factorization."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+import cohesive.algebra.bordered
+import cohesive.algebra.choice
+import cohesive.algebra.condensation
+import cohesive.model.build
+import cohesive.simulation
+from cohesive import Scene, run
+from cohesive.algebra.bordered import DenseStiffness, SparseStiffness
+from cohesive.algebra.bulk_matrix import bulk_stiffness
+from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree
+from cohesive.algebra.dissection import nested_dissection
+from cohesive.elements.bulk import ElasticBlock, elasticity
+from cohesive.model.build import build
+from tests.builders import box
+
+COARSE = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 6, "output.frames": 0}
+
+
+@pytest.fixture(scope="module")
+def beam() -> Scene:
+    return Scene.load("notched-beam-3d").with_(**COARSE)
+
+
+def _box_to_condense(spring: float) -> tuple[sp.csc_array, EliminationTree, np.ndarray, np.ndarray]:
+    """Stiffness of a box on springs (N/mm) at all its nodes, in the order of elimination; its last 3 nodes stay. Without
+    springs there is an unknown more that nothing holds."""
+    solid = box("hexahedron", (7, 5, 4), (7.0, 5.0, 4.0))
+    n = solid.points.size
+    block = ElasticBlock(solid.kind, solid.points, solid.cells, elasticity(3e4, 0.2, None))
+    K = bulk_stiffness([block], n).tocsc()
+    if spring:
+        K = K + spring * sp.eye_array(n, format="csc")
+    else:
+        K = sp.block_diag([K, np.zeros((1, 1))], format="csc")
+    stay = np.array([0, 1, 2])
+    group = nested_dissection(solid.points, [solid.cells], stay)[np.arange(K.shape[0]) // 3 % len(solid.points)]
+    if not spring:
+        group[-1] = 0
+    order = np.argsort(group, kind="stable")
+    start = np.unique(group[order], return_index=True)[1]
+    lower = sp.tril(K[order][:, order], format="csc")
+    return lower, EliminationTree.from_pattern(lower, start), order, K.toarray()
+
+
+def test_fronts_give_the_schur_complement_and_the_way_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cohesive.algebra.condensation, "BLOCK", 4)  # less than the 9 that stay
+    lower, fronts, order, K = _box_to_condense(spring=1e3)
+    first = fronts.start[-1]
+    turn = np.random.default_rng(2).normal(size=(len(order) - first, len(order) - first))
+    active = np.array([1, 4, 5, 7])
+    condensed = Condensed.eliminate(lower, fronts, sp.csr_array(turn), active)
+    # the same with all unknowns that stay as combinations of others, by dense algebra
+    basis = np.eye(len(order))
+    basis[first:, first:] = turn
+    whole = basis.T @ K[np.ix_(order, order)] @ basis
+    kept = first + active
+    gone = np.setdiff1d(np.arange(len(order)), kept)
+    back = -np.linalg.solve(whole[np.ix_(gone, gone)], whole[np.ix_(gone, kept)])
+    expected = whole[np.ix_(kept, kept)] + whole[np.ix_(kept, gone)] @ back
+    # rounding, amplified by the condition of the turn, about 1e2 squared
+    np.testing.assert_allclose(condensed.stiffness, expected, atol=1e-11 * abs(expected).max())
+    v = np.array([0.3, -0.1, 0.7, 1.1])
+    others = np.empty(len(order))
+    others[kept], others[gone] = v, back @ v
+    found = condensed.recover(v)
+    np.testing.assert_allclose(found, basis @ others, atol=1e-11 * abs(found).max())
+
+
+def test_counted_operations_are_those_of_the_fronts() -> None:
+    """A full matrix in two groups: Cholesky's n^3 / 3 to the leading order, and all of its triangle's numbers."""
+    n = 400
+    full = sp.csc_array(np.tril(np.ones((n, n))))
+    operations, numbers = EliminationTree.from_pattern(full, np.array([0, 150, n])).cost()
+    assert operations == pytest.approx(n**3 / 3, rel=0.01)
+    assert numbers == 150**2 + 150 * 250 + 250**2
+
+
+@pytest.mark.parametrize(
+    ("counts", "most"), [((60, 6, 6), 26e6), ((6, 60, 6), 26e6), ((6, 6, 60), 26e6), ((16, 16, 16), 160e6)]
+)
+def test_dissection_keeps_the_fronts_small(counts: tuple[int, int, int], most: float) -> None:
+    """Measured 22 to 24e6 operations for a bar along any axis, 139e6 for a cube; 1000e6 where a bar is cut along, 29e6 and
+    255e6 where the separators are eliminated in another order."""
+    solid = box("hexahedron", counts, counts)
+    cell = np.repeat(np.arange(len(solid.cells)), 8)
+    shares = sp.coo_array((np.ones(len(cell)), (cell, solid.cells.ravel()))).tocsc()
+    group = nested_dissection(solid.points, [solid.cells], np.zeros(0, dtype=np.int64))
+    order = np.argsort(group, kind="stable")
+    start = np.append(np.unique(group[order], return_index=True)[1], len(order))
+    pattern = sp.tril((shares.T @ shares).tocsc()[order][:, order], format="csc")
+    assert EliminationTree.from_pattern(pattern, start).cost()[0] < most
+
+
+def test_an_unknown_that_nothing_holds() -> None:
+    lower, fronts, _, _ = _box_to_condense(spring=0.0)
+    with pytest.raises(ValueError, match=NOT_HELD[:20]):
+        Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.arange(9))
+
+
+def test_a_body_held_by_no_more_than_rounding_is_not_held() -> None:
+    """Of elements of 3e4 N/mm, by springs that all in all are 1e-12 of that, or 1e-8: a cantilever 1000 times as long as it
+    is high has 2e-8, while the rounding of a body that nothing holds reaches 7e-13."""
+    for spring, is_held in ((1e-10, False), (1e-6, True)):
+        lower, fronts, _, _ = _box_to_condense(spring)
+        if is_held:
+            Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
+            continue
+        with pytest.raises(ValueError, match=NOT_HELD[:20]):
+            Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
+
+
+def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Diagonal springs, of which a few change from one to the next and turn negative."""
+    rng = np.random.default_rng(4)
+    values = rng.uniform(50.0, 60.0, n)
+    found = []
+    for _ in range(number):
+        values = values.copy()
+        values[rng.integers(0, n, 5)] = rng.uniform(-1.0, 1.0, 5)
+        found.append((np.arange(n), np.arange(n), values))
+    return found
+
+
+@pytest.mark.parametrize("kind", ["dense", "sparse"])
+@pytest.mark.parametrize("held", [False, True], ids=["", "held across the drive"])
+@pytest.mark.parametrize("control", ["motion", "measure", "load", "dissipation"])
+def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) -> None:
+    """They solve the bordered system as well as its own factorization does, whatever controls it."""
+    n = 1200
+    K = sp.diags_array([np.full(n - 1, -1e3), np.full(n, 2e3 + 1.0), np.full(n - 1, -1e3)], offsets=[-1, 0, 1], format="csc")
+    stiffness = DenseStiffness(K.toarray()) if kind == "dense" else SparseStiffness(K, np.arange(n), 30)
+    load, rng, free = np.zeros(n), np.random.default_rng(5), sp.eye_array(n, format="csr")
+    load[-1] = 1.0
+    if held:  # the last two unknowns move along a direction
+        at = np.arange(n), np.minimum(np.arange(n), n - 2)
+        free = sp.csr_array((np.append(np.ones(n - 2), [0.6, 0.8]), at), shape=(n, n - 1))
+        load[-2:] = 0.6, 0.8
+    for crack in _tangents(n, 4):
+        row, corner = {
+            "motion": (load, 0.0),
+            "measure": (1e-3 * rng.normal(size=n), 0.0),
+            "load": (np.zeros(n), 1.0),
+            "dissipation": (rng.normal(size=n), 0.0),
+        }[control]
+        right, last = 1e-2 * rng.normal(size=n), 0.3
+        found = stiffness.solve(crack, load, row, corner, right, last, free if held else None)
+        inner = free.T @ (K + sp.diags_array(crack[2])) @ free
+        A = sp.block_array([[inner, -(free.T @ load)[:, None]], [(free.T @ row)[None], np.array([[corner]])]], format="csc")
+        exact = spla.spsolve(A, np.append(free.T @ right, last))
+        exact = np.append(free @ exact[:-1], exact[-1])
+        # residual of 1e-6 in forces, the condition of the system in the step: measured below 1e-5
+        np.testing.assert_allclose(found, exact, atol=1e-4 * abs(exact).max())
+        # the control counts as a force: measured 2e-8, and 0.14 of a measure that does not
+        assert row @ found[:-1] + corner * found[-1] == pytest.approx(last, rel=1e-6)
+    assert stiffness.factorizations == 1
+    if held:  # another number of unknowns
+        stiffness.solve(crack, load, row, corner, right, last)
+        assert stiffness.factorizations == 2
+
+
+@pytest.mark.parametrize("kind", ["dense", "sparse"])
+def test_a_factorization_near_a_limit_point_serves_no_other_step(kind: str) -> None:
+    """One spring all but takes away what holds: the guess from there is 1e8 times too large, and so are its forces."""
+    n = 1200
+    K = sp.diags_array([np.full(n - 1, -1e3), np.full(n, 2e3 + 1.0), np.full(n - 1, -1e3)], offsets=[-1, 0, 1], format="csc")
+    stiffness = DenseStiffness(K.toarray()) if kind == "dense" else SparseStiffness(K, np.arange(n), 30)
+    at, nothing, rng = np.arange(n), np.zeros(n), np.random.default_rng(1)
+    limit = -1.0 / np.linalg.inv(K.toarray())[600, 600]
+    right = 1e-2 * rng.normal(size=n)
+    near, away = nothing.copy(), nothing.copy()
+    near[600], away[600] = (1.0 - 1e-8) * limit, 0.5 * limit
+    away[100:1000:9] += rng.uniform(0.0, 3e3, 100)
+    stiffness.solve((at, at, near), nothing, nothing, 1.0, right, 0.0)
+    found = stiffness.solve((at, at, away), nothing, nothing, 1.0, right, 0.0)[:-1]
+    # what any step keeps to: measured 40 where the size of the guess counted
+    assert np.linalg.norm(K @ found + away * found - right) < 1e-6 * np.linalg.norm(right)
+
+
+def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both kinds of stiffness, with one iteration of GMRES worth its while and with none."""
+    exact = beam.with_(**{"solver.tol": 1e-11})
+    found = {}
+    for fewest in (1, 10**9):
+        monkeypatch.setattr(cohesive.algebra.bordered, "FEWEST", fewest)
+        monkeypatch.setattr(cohesive.algebra.bordered, "DENSE_WORTH", 2)
+        for kind in ("always", "never"):
+            found[fewest, kind] = run(exact.with_(**{"solver.condensation": kind}))
+    reference = found[10**9, "always"]
+    for result in found.values():
+        for name in ("load", "opening", "dissipated"):
+            size = abs(reference.history[name]).max()
+            np.testing.assert_allclose(result.history[name], reference.history[name], atol=1e-9 * size)
+        # six digits an iteration: at most one more in a step
+        assert (result.history["iterations"] <= reference.history["iterations"] + 1).all()
+
+
+def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a block whose crack is most of what there is, so that little but what is counted matters."""
+    scene = Scene.load("single-crack-3d").with_(**{"mesh.crack_size": 8.0, "mesh.far_size": 40.0})
+    bodies: list[cohesive.algebra.choice.Bulk] = []
+
+    def caught(body: cohesive.algebra.choice.Bulk, wanted: str) -> cohesive.algebra.choice.Condensation:
+        bodies.append(body)
+        return cohesive.algebra.choice.condense(body, wanted)
+
+    monkeypatch.setattr(cohesive.model.build, "condense", caught)
+    build(scene)
+    part, whole = cohesive.algebra.choice.Part.from_bulk(bodies[0]), cohesive.algebra.choice.Whole.from_bulk(bodies[0])
+    tracemalloc.start()
+    condensed = part.condensed("")
+    taken = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert condensed.kind == "condensed"
+    # fronts on their way and lists come on top, a factor of the tangent is not there yet
+    assert 0.8 * part.memory < taken < 1.1 * part.memory
+    K = whole.K + (abs(bodies[0].operator).T @ abs(bodies[0].operator))
+    factor = spla.splu(sp.csc_array(K)[whole.order][:, whole.order], permc_spec="NATURAL", diag_pivot_thresh=0.0,
+                       options={"SymmetricMode": True})  # fmt: skip
+    # it holds triangles where whole fronts are counted: measured 0.69
+    assert 0.6 * whole.memory < 12.0 * (factor.L.nnz + factor.U.nnz) < whole.memory
+
+
+def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = build(beam)
+    assert model.condensation.kind == "condensed" and model.condensation.why == ""  # nothing to weigh: 50 unknowns of 1000
+    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 1e-4)
+    model = build(beam)
+    assert model.condensation.kind == "whole" and "times the work" in model.condensation.why
+    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 10.0)
+    monkeypatch.setattr(cohesive.algebra.choice, "LARGE", 1.0)
+    result = run(beam)
+    assert result.model.condensation.kind == "condensed" and "eliminated once (condensed " in result.summary()
+    # where the dense matrix finds no room; where neither does, the smaller one
+    part, whole = cohesive.algebra.choice.Part, cohesive.algebra.choice.Whole
+    monkeypatch.setattr(part, "memory", property(lambda self: 2e9))
+    monkeypatch.setattr(whole, "memory", property(lambda self: 1e9))
+    for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
+        monkeypatch.setattr(cohesive.algebra.choice, "machine_memory", lambda available=available: available)
+        model = build(beam)
+        assert model.condensation.kind == "whole" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
+        assert ("'petsc'" in model.condensation.why) == hint
+    monkeypatch.setattr(part, "memory", property(lambda self: 5e8))
+    assert build(beam).condensation.kind == "condensed"
+    assert build(beam.with_(**{"solver.condensation": "never"})).condensation.kind == "whole"  # the user's word counts

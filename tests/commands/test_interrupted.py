@@ -1,0 +1,253 @@
+"""However a run ends, its history is on disk, in whole rows."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+import cohesive.algebra.choice
+import cohesive.results.figures
+import cohesive.results.files
+import cohesive.solver.newton
+import meshing.polygon
+from cohesive import Scene, SceneError, run
+from cohesive.__main__ import main
+from cohesive.solver.columns import COLUMN_NAMES
+
+QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
+
+#: where a run is when the signal comes: module, function, and which call of it
+PLACES = {
+    "meshing": (meshing.polygon, "generate", 1),
+    "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
+    "the first step": (cohesive.solver.newton, "next_state", 1),
+    "Newton": (cohesive.solver.newton, "next_state", 8),
+    "the pictures": (cohesive.results.figures, "save_deformed", 1),
+    "renaming a file": (os, "replace", 4),
+}
+
+
+def rows(folder: Path) -> int:
+    """Number of rows of the history; every one of them is whole."""
+    text = (folder / "history.csv").read_text()
+    assert text.endswith("\n")
+    table = list(csv.reader(text.splitlines()))
+    assert tuple(table[0]) == COLUMN_NAMES
+    assert all(len(row) == len(COLUMN_NAMES) for row in table)
+    assert [int(row[0]) for row in table[1:]] == list(range(1, len(table)))
+    return len(table) - 1
+
+
+def before(monkeypatch: pytest.MonkeyPatch, place: tuple[object, str, int], then: Callable[[], None]) -> None:
+    """Let something happen before the given call of a function."""
+    module, name, at = place
+    original, calls = getattr(module, name), 0
+
+    def wrapper(*arguments: object, **named: object) -> object:
+        nonlocal calls
+        calls += 1
+        if calls == at:
+            then()
+        return original(*arguments, **named)
+
+    monkeypatch.setattr(module, name, wrapper)
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., int]]:
+    """The entry point; the handlers of signals are put back afterwards."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent in the background may have switched it off
+
+    def call(*arguments: str) -> int:
+        monkeypatch.setattr(sys, "argv", ["cohesive", *arguments])
+        return main()
+
+    yield call
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("place", PLACES)
+def test_a_signal_ends_a_run_and_keeps_its_history(
+    number: signal.Signals,
+    place: str,
+    command: Callable[..., int],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    before(monkeypatch, PLACES[place], lambda: signal.raise_signal(number))
+    assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 128 + number  # 130, 143
+    out, err = capsys.readouterr()
+    word = "interrupted" if number == signal.SIGINT else "terminated"
+    assert err.startswith("cohesive: ") and word in err and "Traceback" not in err
+    assert not list(tmp_path.glob(".*partial*"))
+    if place in ("meshing", "condensation"):
+        assert not list(tmp_path.iterdir())
+        return
+    done = rows(tmp_path)
+    if place in ("the first step", "Newton"):
+        assert done == (0 if place == "the first step" else done) < 20
+        assert f"stopped: {word}" in out
+        assert (tmp_path / "run.json").exists() and (tmp_path / "curve.png").exists() == (done > 0)
+    else:
+        assert done == 20
+        assert "peak load:" in out
+
+
+@pytest.mark.parametrize(
+    ("place", "discrete", "smeared"),
+    [
+        ((meshing.polygon, "generate", 1), False, False),
+        ((cohesive.solver.newton, "next_state", 8), True, False),
+        ((cohesive.algebra.choice, "nested_dissection", 2), True, False),  # the second model, before its first step
+        ((cohesive.solver.newton, "next_state", 30), True, True),
+    ],
+)
+def test_a_signal_ends_a_comparison(
+    place: tuple[object, str, int],
+    discrete: bool,
+    smeared: bool,
+    command: Callable[..., int],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    before(monkeypatch, place, lambda: signal.raise_signal(signal.SIGTERM))
+    assert command("compare", "notched-beam", "-o", str(tmp_path), *QUICK) == 143
+    err = capsys.readouterr().err
+    assert "terminated" in err and "Traceback" not in err
+    for name, kept in (("discrete", discrete), ("smeared", smeared)):
+        assert (tmp_path / name / "curve.png").exists() == kept
+        if kept:
+            assert rows(tmp_path / name) > 0
+
+
+def test_a_second_sigterm_does_not_end_the_saving(
+    command: Callable[..., int], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for place in ("Newton", "the pictures"):  # `timeout` sends it to the process and to its group
+        before(monkeypatch, PLACES[place], lambda: signal.raise_signal(signal.SIGTERM))
+    assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 143
+    assert rows(tmp_path) > 0
+    assert (tmp_path / "deformed.png").exists() and (tmp_path / "run.json").exists()
+
+
+class FullDisk:
+    """A file on a disk that takes so many bytes more."""
+
+    def __init__(self, file: object, room: int) -> None:
+        self._file, self._room = file, room
+
+    def write(self, data: bytes) -> int:
+        if not self._room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        part = data[: self._room]
+        self._room -= len(part)
+        return int(self._file.write(part))  # type: ignore[attr-defined]
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._file, name)
+
+
+@pytest.fixture
+def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    """history.csv fills the disk in the middle of a row."""
+
+    def full(path: Path, mode: str, buffering: int) -> FullDisk:
+        return FullDisk(open(path, mode, buffering), 1000)
+
+    monkeypatch.setattr(cohesive.results.files, "open", full, raising=False)
+
+
+@pytest.mark.usefixtures("full_disk")
+def test_a_full_disk_ends_a_run_with_whole_rows(tmp_path: Path) -> None:
+    scene = Scene.load("notched-beam").with_(**{"mesh.crack_size": 2.5, "mesh.far_size": 12.0})
+    with pytest.raises(SceneError, match=r"history.csv': cannot be written: No space left on device") as caught:
+        run(scene, output=tmp_path)
+    done = rows(tmp_path)
+    assert 0 < done < 10
+    assert len(caught.value.result.history["load"]) == done + 1  # type: ignore[attr-defined]  # the last one did not fit
+
+
+@pytest.mark.usefixtures("full_disk")
+@pytest.mark.parametrize("name", ["run", "compare"])
+def test_the_command_names_the_full_disk(
+    name: str, command: Callable[..., int], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Where there is room again, for the pictures at least, everything up to there is saved."""
+    assert command(name, "notched-beam", "-o", str(tmp_path), *QUICK) == 2
+    err = capsys.readouterr().err
+    assert "No space left on device" in err and "Traceback" not in err
+    folder = tmp_path if name == "run" else tmp_path / "discrete"
+    assert rows(folder) > 0
+    assert (folder / "curve.png").exists()
+
+
+def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
+    full_disk: None, command: Callable[..., int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    def refuse(path: Path, text: str) -> None:
+        path.touch()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(cohesive.results.files, "write_text", refuse)
+    assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 2
+    out, err = capsys.readouterr()
+    assert "peak load:" in out  # the numbers are told, whatever became of the files
+    assert "No space left on device" in err and "Traceback" not in err
+    assert rows(tmp_path) > 0
+    assert {path.name for path in tmp_path.iterdir()} == {"history.csv"}
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
+    command: Callable[..., int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def read_only(**named: object) -> object:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(cohesive.results.files.tempfile, "TemporaryFile", read_only)
+    monkeypatch.setattr(meshing.polygon, "generate", lambda *_: pytest.fail("meshed"))
+    for name in ("run", "compare"):
+        assert command(name, "notched-beam", "-o", str(tmp_path / name), *QUICK) == 2
+        assert f"output folder '{tmp_path / name}': cannot be written: Read-only file system" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("name", ["run", "compare"])
+def test_a_process_keeps_the_history(number: signal.Signals, name: str, tmp_path: Path) -> None:
+    """The same from outside, where nothing is in the way of the signal."""
+    command = [sys.executable, "-m", "cohesive", name, "notched-beam", "-o", str(tmp_path), "--set", "stage.0.steps=20000"]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    folder = tmp_path if name == "run" else tmp_path / "discrete"
+    history = folder / "history.csv"
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and not (history.exists() and len(history.read_text().splitlines()) > 20):
+        time.sleep(0.05)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert rows(folder) >= 20
+    assert "Traceback" not in err
+    if number == signal.SIGKILL:
+        assert process.returncode == -9
+        return
+    assert process.returncode == 128 + number
+    word = "interrupted" if number == signal.SIGINT else "terminated"
+    assert word in err
+    assert name == "compare" or f"stopped: {word}" in out
+    assert (folder / "curve.png").exists()

@@ -1,0 +1,62 @@
+"""Plane specimens: area, crack, sets, halves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cohesive.elements.bulk import ElasticBlock, elasticity
+from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack, mesh_polygon
+
+Index = NDArray[np.int64]
+
+
+SPECIMENS = {
+    "beam": (NotchedBeam(175, 125, 50, 50, 25, gauge=20.0), 175 * 50, 25),
+    "eccentric, wide notch": (
+        NotchedBeam(175, 125, 50, 50, 25, notch_position=20, notch_width=3, gauge=20.0),
+        175 * 50 - 75,
+        25,
+    ),
+    "bent path": (NotchedBeam(175, 125, 50, 50, 20, crack=[[0, 20], [4, 35], [4, 50]]), 175 * 50, np.hypot(4, 15) + 15),
+    "double": (NotchedTension(120, 60, 50, 10, gauge=35.0), 120 * 60, 40),
+    "double, wide": (NotchedTension(120, 60, 50, 10, notch_width=4, gauge=35.0), 120 * 60 - 80, 40),
+    "single": (NotchedTension(120, 60, 50, 10, "single", 4, gauge=35.0), 120 * 60 - 40, 50),
+    "block": (SingleCrack(40, 30, 10, angle=30), 1200, 40 / np.cos(np.radians(30))),
+    "block, tips inside": (SingleCrack(40, 30, 10, angle=-70, crack_length=12, rotation=33, gauge=4), 1200, 12),
+    "block, upright": (SingleCrack(40, 30, 10, angle=90), 1200, 30),
+}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("shape", ["triangle", "quad"])
+@pytest.mark.parametrize("name", SPECIMENS)
+def test_specimens(name: str, shape: str, order: int) -> None:
+    specimen, area, crack = SPECIMENS[name]
+    mesh = specimen.mesh(MeshSizes(2.0, 8.0, shape, order))
+    blocks = [ElasticBlock(b.type, mesh.points, b.data, elasticity(1, 0, "stress"), 1.0) for b in mesh.cells[:-1]]
+    assert sum(block.volumes().sum() for block in blocks) == pytest.approx(area, rel=1e-9)
+    minus = mesh.cells[-1].data[:, :2]
+    lengths = np.linalg.norm(mesh.points[minus[:, 1]] - mesh.points[minus[:, 0]], axis=1)
+    assert lengths.sum() == pytest.approx(crack, rel=1e-9)
+    assert lengths.max() < 1.35 * 2.0  # gmsh divides every piece evenly
+    if shape == "quad":
+        assert [b.type for b in mesh.cells[:-1]] == ["quad" if order == 1 else "quad8"]
+    assert all(len(nodes) for nodes in mesh.point_sets.values())
+
+
+@pytest.mark.parametrize("name", ["beam", "double", "single", "double, wide"])
+def test_half_specimens(name: str) -> None:
+    specimen, area, crack = SPECIMENS[name]
+    mesh = specimen.mesh(MeshSizes(2.0, 8.0), half=True)
+    block = ElasticBlock("triangle", mesh.points, mesh.cells[0].data, elasticity(1, 0, "stress"), 1.0)
+    assert block.volumes().sum() == pytest.approx(area / 2, rel=1e-9)
+    minus = mesh.points[mesh.cells[-1].data[:, :2]]
+    assert np.linalg.norm(minus[:, 1] - minus[:, 0], axis=1).sum() == pytest.approx(crack, rel=1e-9)
+    assert len(mesh.point_sets["load" if name == "beam" else "top"]) >= 2
+
+
+def test_a_point_outside_the_body_is_named() -> None:
+    with pytest.raises(MeshError, match=r"load = \(9, 9\): expected a point of the body"):
+        mesh_polygon([(0, 0), (4, 0), (4, 4), (0, 4)], [[(2, 0), (2, 4)]], MeshSizes(1, 1), nodes={"load": [(9, 9)]})

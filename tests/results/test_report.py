@@ -1,0 +1,37 @@
+"""Warnings of a summary."""
+
+from __future__ import annotations
+
+from cohesive import Scene, run
+from cohesive.results.report import warnings
+from tests.builders import block, coarse_beam
+
+
+def test_work_that_is_not_accounted_for_is_a_warning() -> None:
+    result = run(block(stage=[{"control": "opening", "to": 0.2, "steps": 1}]))
+    assert result.energy_error > 0.05
+    assert any("% of the work are unaccounted for" in note for note in warnings(result))
+
+
+def test_a_bulk_that_would_crack_is_warned_of() -> None:
+    """A small crack inside a block that is pulled until it opens: the ligament carries many times its strength."""
+    small = {"specimen.crack_radius": 15.0, "mesh.crack_size": 5.0, "mesh.far_size": 25.0, "output.frames": 0}
+    pulled = Scene.load("single-crack-3d").with_(**small, stage=[{"control": "driven", "to": 0.05, "steps": 4}])
+    (found,) = (note for note in warnings(run(pulled)) if "off the given path" in note)
+    assert "100 % of its volume" in found
+    # clamped faces at a distance of 100 mm, pulled by 0.05 mm: E 0.05 / 100 of ft, and more beside the crack
+    m = pulled.material
+    assert float(found.split("up to ")[1].split(" ft")[0]) > m.E * 0.05 / 100 / m.ft
+    assert not any("off the given path" in note for note in warnings(run(coarse_beam("notched-beam-3d", "stress"))))
+
+
+def test_first_order_tetrahedra_in_a_band_are_warned_of() -> None:
+    everywhere = {
+        "model.kind": "smeared",
+        "band.where": "everywhere",
+        "mesh.crack_size": 25.0,
+        "mesh.far_size": 50.0,
+        "specimen.gauge": 40.0,
+    }
+    scene = Scene.load("single-crack-3d").with_(**everywhere, stage=[{"control": "driven", "to": 0.001, "steps": 1}])
+    assert any("tetra elements lock" in note for note in warnings(run(scene)))
