@@ -147,11 +147,11 @@ class CrackPlane:
 
     def has_ended(self, Z: Array) -> Mask:
         """Whether the softening curve has ended at the history Z, (n,): 1 - omega is 0, and nothing more can be dissipated."""
-        return np.asarray(self.Zt + self.concrete.curve.end <= Z)
+        return np.asarray(Z - self.Zt >= self.concrete.curve.end)  # as `intact` asks the curve, to the last digit
 
     def is_spent(self, Z: Array) -> Mask:
         """Whether opening can bring no traction back, (n,): beyond the end of the curve, or with too little left of it."""
-        return np.asarray(self.Zt + self.concrete.spent <= Z)
+        return np.asarray(Z - self.Zt >= self.concrete.spent)
 
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""

@@ -3,10 +3,10 @@
 A curve enters eq. (5) as 1 - omega = stress(w) Zt / (ft Z), so that a crack that opens monotonically carries stress(w). The
 area under it is Gf whatever the width of the crack plane; with the elastic triangle before it, Gf + ft^2 width/2E is spent.
 
-The constants of the named curves were compared with those of other programs. Petersson (1981): ft/3 at 2/9 of the end
-3.6 Gf/ft, in a Fortran code with Goodman joints. Wittmann et al. (1988): ft/4 and the end 5 Gf/ft, and Hordijk (1991):
-Gf = 0.1947 ft w_c, both in Serendip.jl (src/mech/constitutive/evolution_laws.jl). fib Model Code 2010, section 5.1.8.2:
-0.2 ft at Gf/ft and the end 5 Gf/ft, in three scripts that follow it. That the area is Gf confirms each of them.
+Sources of the constants. Petersson (1981), report TVBM-1006, Lund: ft/3 at 0.8 Gf/ft, end 3.6 Gf/ft. Wittmann et al. (1988):
+ft/4 at 0.75 Gf/ft, end 5 Gf/ft, and Hordijk (1991), thesis, Delft: Gf = 0.1947 ft w_c; both agree with Serendip.jl
+(src/mech/constitutive/evolution_laws.jl). fib Model Code 2010, section 5.1.8.2: 0.2 ft at Gf/ft, end 5 Gf/ft. A bilinear
+curve is made from its kink; the end that the area Gf then gives, (2 - x)/y Gf/ft, is the cited one.
 """
 
 from __future__ import annotations

@@ -15,6 +15,8 @@ from .softening import SOFTENING, PiecewiseLinear, Softening, bilinear
 
 #: the strength and energy of a curve may differ from ft and Gf by this part
 _AGREEMENT = 1e-6
+#: work and slope are checked at so many openings up to so many Gf/ft, to a part of Gf and ft that allows for kinks
+_CHECKED, _FURTHEST, _ROUGHLY = 1001, 40.0, 0.05
 
 
 def normalized(softening: Any) -> Any:
@@ -88,7 +90,26 @@ def curve_of(softening: Any, ft: float, Gf: float) -> Softening:
     ):  # fmt: skip
         if not abs(float(value[0]) - wanted) <= _AGREEMENT * scale:
             raise _refused(f"softening = {reprlib.repr(softening)}: {what} = {float(value[0]):.9g}; expected {wanted:.9g}")
+    _check_between(softening, curve, ft, Gf)
     return curve
+
+
+def _check_between(softening: Any, curve: Softening, ft: float, Gf: float) -> None:
+    """Refuse negative stress, and a work or a slope that is not the integral or the derivative of the stress."""
+    w = np.linspace(0.0, min(float(curve.end), _FURTHEST * Gf / ft), _CHECKED)
+    stress, slope, step = curve.stress(w), curve.slope(w), np.diff(w)
+    sums = (np.r_[0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * step)] for y in (stress, slope))
+    for what, value, wanted, scale in zip(
+        ("work", "stress"), (curve.work(w), stress - stress[0]), sums, (Gf, ft), strict=True
+    ):
+        wrong = np.flatnonzero(~(abs(value - wanted) <= _ROUGHLY * scale))
+        if wrong.size:
+            at = w[wrong[0]]
+            of = "the area under the stress" if what == "work" else "what the slope adds up to"
+            raise _refused(f"softening = {reprlib.repr(softening)}: {what}({at:.4g}) is not {of}")
+    if stress.min() < 0:
+        at = w[stress.argmin()]
+        raise _refused(f"softening = {reprlib.repr(softening)}: stress({at:.4g}) = {stress.min():.4g}; expected at least 0")
 
 
 def softening_name(softening: Any) -> str:

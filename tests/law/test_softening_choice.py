@@ -197,3 +197,37 @@ def test_curves_side_by_side(tmp_path: Path) -> None:
     assert list(softening_curves(m)) == list(SOFTENING)
     save_softening_figure(m, tmp_path / "softening.png")
     assert (tmp_path / "softening.png").stat().st_size > 1e4
+
+
+class Doubtful:
+    """A line whose work, slope or stress does not fit."""
+
+    end = 0.1
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+
+    def stress(self, w: Array) -> Array:
+        bump = 8.0 * np.sin(2 * np.pi * w / self.end) * (w < self.end) if self.what == "stress" else 0.0
+        return np.maximum(3.0 * (1 - w / self.end), 0.0) + bump
+
+    def slope(self, w: Array) -> Array:
+        bump = 8.0 * 2 * np.pi / self.end * np.cos(2 * np.pi * w / self.end) if self.what == "stress" else 0.0
+        return np.where(w < self.end, (3.0 if self.what == "slope" else 1.0) * -30.0 + bump, 0.0)
+
+    def work(self, w: Array) -> Array:
+        w = np.minimum(w, self.end)
+        bump = 8.0 * self.end / (2 * np.pi) * (1 - np.cos(2 * np.pi * w / self.end)) if self.what == "stress" else 0.0
+        return (2.0 if self.what == "work" else 1.0) * 3.0 * w * (1 - w / (2 * self.end)) + bump
+
+
+@pytest.mark.parametrize("what", ["work", "slope", "stress"])
+def test_an_object_that_does_not_fit_together_is_refused(what: str) -> None:
+    expected = {
+        "work": r"work\(.*is not the area",
+        "slope": r"stress\(.*is not what the slope",
+        "stress": "expected at least 0",
+    }
+    assert Concrete(30e3, 0.2, softening=Doubtful("nothing")).Gf == pytest.approx(0.15)
+    with pytest.raises(ValueError, match=expected[what]):
+        Concrete(30e3, 0.2, softening=Doubtful(what))

@@ -155,7 +155,7 @@ def test_a_band_from_a_file_is_that_of_the_specimen(tmp_path: Path) -> None:
         np.testing.assert_allclose(mine.history[name], own.history[name], rtol=1e-8, err_msg=name)
     # as a region where the crack may form there is no path: no area, and the opening needs a gauge
     data["band"] = {"where": "everywhere"}
-    with pytest.raises(ValueError, match="^specimen.gauge_minus, specimen.gauge_plus: this band has no faces"):
+    with pytest.raises(ValueError, match=r"^specimen.gauge_minus, specimen.gauge_plus: this band has no faces"):
         run(Scene(data, tmp_path), "smeared")
     data["specimen"] |= {"gauge_minus": "base", "gauge_plus": "top"}
     anywhere = run(Scene(data, tmp_path), "smeared")
