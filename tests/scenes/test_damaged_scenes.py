@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 import random
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 
 from cohesive import NotConverged, Scene, SceneError, run
+from cohesive.scenes.keys import scene_keys
 from cohesive.scenes.scene import built_in
 from meshing import MeshError
 
@@ -19,12 +21,11 @@ VALUES: list[Any] = [
 ]  # fmt: skip
 #: so that all keys of these tables are there to be damaged
 TABLES: dict[str, dict[str, Any]] = {
-    "band": {"where": "path", "max_cracks": 3, "threshold_angle": 60.0},
-    "model": {"kind": "discrete", "plane": "stress", "half": False},
-    "interface": {"width": 0.5, "quadrature": "nodal"},
-    "solver": {"tol": 1e-4, "condensation": "auto", "step_growth": 1.0},
-    "output": {"frames": 0},
+    table: {key.name: json.loads(key.default) for key in scene_keys() if key.table == table and key.default}
+    for table in ("band", "model", "interface", "solver", "output")
 }
+TABLES["interface"]["width"] = 0.5
+TABLES["output"]["frames"] = 0
 
 
 class FirstStep(Exception):
