@@ -11,7 +11,7 @@ from types import FrameType
 
 from .algebra.petsc.ranks import rank_and_size
 
-#: seconds after which a process tells of an error that process 0 has not told by then
+#: seconds after which a process tells of an error that rank 0 has not told by then
 _PATIENCE = 5.0
 
 
@@ -22,7 +22,7 @@ def main() -> int:
     # imports make many objects and no garbage: looking for it takes a tenth of a short run
     gc.set_threshold(50_000)
     if number := rank_and_size()[0]:
-        return _other_than_0(number)
+        return _other_rank(number)
     terminated = False
 
     def terminate(number: int, frame: FrameType | None) -> None:
@@ -43,8 +43,8 @@ def main() -> int:
     return 128 + signal.SIGTERM if terminated else status
 
 
-def _other_than_0(number: int) -> int:
-    """Another process under mpiexec. Process 0 tells the errors that all find, and its end ends all."""
+def _other_rank(number: int) -> int:
+    """Another rank under mpiexec. Rank 0 tells the errors that all find, and its end ends all."""
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
     with redirect_stdout(StringIO()), redirect_stderr(StringIO()) as said:
@@ -56,7 +56,7 @@ def _other_than_0(number: int) -> int:
             status = end.code if isinstance(end.code, int) else 0
     if status:  # on a machine without the scene's file, say
         time.sleep(_PATIENCE)
-        print(f"process {number}: {said.getvalue()}", end="", file=sys.stderr)
+        print(f"rank {number}: {said.getvalue()}", end="", file=sys.stderr)
     return status
 
 
