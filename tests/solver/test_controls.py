@@ -117,7 +117,7 @@ def test_converged_steps_meet_the_targets(name: str) -> None:
     # a step may miss its target by the tolerance of its size
     for target in to:
         assert abs(values - target).min() < 1e-8 * second
-    assert control.can_fall or (np.diff(values) > 0).all()
+    assert control.can_fall or (np.diff(values) >= 0).all()  # the onset itself dissipates nothing
 
 
 @pytest.mark.parametrize("name", NAMES)
