@@ -24,10 +24,11 @@ from ..solver.loading import DEAD, Actuator, Loading
 from ..solver.problem import Problem, Springs
 from .band import band_note, band_part
 from .boundary import Boundary, boundary
-from .checks import check_stages
+from .checks import check_stages, loadings_of
 from .cracks import CrackPart
 from .dead_loads import dead_loads
 from .gauges import measures
+from .held import check_held
 from .interface import interface_part
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
@@ -54,15 +55,12 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
         cracks = _cracks(scene, mesh, cracking)
         held = boundary(scene.specimen, mesh, scene.model.plane, scene.model.half)
         bulk, rows = _unknowns(scene, mesh, (elastic, cracking), cracks, held)
+        check_held(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
     with _timed(timings, "condense"):
         condensation = _condensed(bulk, scene.solver.condensation)
         problem = _problem(scene, mesh, cracks, bulk, condensation, held, rows)
     if tangent == "secant":
         problem = replace(problem, secant=True)
-    if not problem.is_held():
-        raise SceneError(
-            "specimen: the body is not held, its stiffness is singular; expected supports against every motion", "specimen"
-        )
     check_stages(scene.stages, problem, scene.material, cracks.width)
     total = bulk.unknowns.transform.shape[1]
     return Model(mesh, elastic, cracking, cracks, problem, condensation, total, timings, _notes(scene, mesh, cracks))
@@ -158,11 +156,7 @@ def _unknowns(
     held: Boundary,
 ) -> tuple[Bulk, dict[str, Array]]:
     """The bulk to be condensed, and the measures on all unknowns."""
-    original = mesh.original
-    leader: Index = np.arange(len(original))
-    if mesh.crack is not None:
-        on_crack = np.isin(original, original[mesh.crack.data])
-        leader = np.where(on_crack, original, leader)
+    leader = mesh.leader
     dead = _dead_loads(scene, mesh, elements)
     try:
         factors = int(dead is not None)

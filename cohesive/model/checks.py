@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -41,9 +41,7 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     m = concrete
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
     available = shear * (1.0 + m.ft**2 * width / (2 * m.E * m.Gf)) * problem.energy
-    loading = problem.loading
     for i, stage in enumerate(stages):
-        loading = _check_drives(i, stage, loading)
         if max(stage.targets) > control_of(stage.control).most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
@@ -54,8 +52,21 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     _check_first_control(stages[0], problem)
 
 
+def loadings_of(stages: Sequence[Stage], loading: Loading) -> Iterator[Loading]:
+    """The loading in each stage, but for its forces, from that before the first one.
+
+    Raises
+    ------
+    SceneError
+        For drives that the specimen does not have.
+    """
+    for i, stage in enumerate(stages):
+        loading = _check_drives(i, stage, loading)
+        yield loading
+
+
 def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:
-    """Refuse drives that the specimen does not have; the loading after the stage, but for its forces."""
+    """Refuse drives that the specimen does not have; the loading in the stage, but for its forces."""
     for key, names in (("drive", [stage.drive]), ("others", list(stage.others or {}))):
         for name in names:
             if name is not None and name not in loading.names:
@@ -76,7 +87,7 @@ def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:
                 f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}",
                 f"stage.{i}.{key}",
             )
-    return loading
+    return loading.turned(stage.angle, stage.hold)
 
 
 def _check_first_control(first: Stage, problem: Problem) -> None:
