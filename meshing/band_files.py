@@ -69,7 +69,7 @@ def read_band_mesh(
     bulk, band = _parted(bulk_cells(clean), inside)
     if cells is not None and not band:
         raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(known)}; expected some", "band")
-    rows = None
+    rows, info = None, clean.info
     if cells is not None:
         rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
     if rows is not None:
@@ -85,6 +85,7 @@ def read_band_mesh(
         point_sets=clean.point_sets,
         cell_sets=cell_sets,
         cell_data={"region": _outside(numbers, regions, inside, band)} if regions else None,
+        info=info,
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from .arrays import Index
 from .cells import BULK_2D, BULK_3D, CELLS, counter_clockwise
+from .defects import check_elements
 from .errors import MeshError
 from .insertion import insert_cracks
 from .orientation import chained, flipped
@@ -38,6 +39,7 @@ def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], reg
     meshio.Mesh
         As `insert_cracks` gives it. Its point sets are the file's point sets and the nodes of its cell sets
         (gmsh's physical groups included). With regions, `cell_data["region"]`: 0, or 1 + the index of a cell's region.
+        `info["remarks"]`: sentences on what is odd about the file.
 
     Raises
     ------
@@ -57,6 +59,7 @@ def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], reg
     else:
         cut = edges_on_path(clean, "crack", crack)  # type: ignore[arg-type]  # polylines
     found = insert_cracks(clean, cut)
+    found.info = clean.info
     if regions:
         numbers = region_numbers(mesh, kept, regions)
         found.cell_data["region"] = [*numbers, np.zeros(len(found.cells[-1]), dtype=np.int64)]
@@ -147,7 +150,7 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
     Raises
     ------
     MeshError
-        If there are none, or other 3D cells, or some are inverted or flat.
+        If there are none, or other 3D cells, or some are inverted or flat; see also `defects.check_elements`.
     """
     points, solid = mesh.points, is_solid(mesh)
     kept = [i for i, block in enumerate(mesh.cells) if block.type in (BULK_3D if solid else BULK_2D)]
@@ -170,6 +173,12 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
         [(kind, index[cells]) for kind, cells in blocks],
         point_sets={name: index[nodes][index[nodes] >= 0] for name, nodes in sets.items()},
     )
+    remarks = check_elements(str(path), clean.points, bulk_cells(clean))
+    if lost := len(points) - len(used):
+        named = [name for name, nodes in sets.items() if (index[nodes] < 0).any()]
+        of_sets = f", some of them of the set {listed(named)}" if named else ""
+        remarks.append(f"{lost} nodes of the file belong to no element and are left out{of_sets}")
+    clean.info = {"remarks": remarks}
     return clean, index, kept
 
 

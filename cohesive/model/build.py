@@ -239,7 +239,7 @@ def _problem(
 
 def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
     """What the reader of the results should know about the model."""
-    found = []
+    found = mesh.remarks
     if mesh.crack is None and (warning := band_note(scene.material, cracks.width)):
         found.append(warning)
     if scene.specimen.is_off_the_notch():
