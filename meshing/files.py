@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Iterable, Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -103,7 +104,9 @@ def region_numbers(mesh: meshio.Mesh, kept: Sequence[int], regions: Sequence[str
 
 def load(path: Path) -> meshio.Mesh:
     """The file as it is, its coordinates checked; (m, 2) unless it has 3D cells."""
-    if not path.is_file():
+    if not os.path.isfile(path):
+        if os.path.exists(path) and not os.path.isdir(path):
+            raise MeshError(f"file = '{path}': it is a pipe or a device; expected a file", "file")
         raise MeshError(f"file = '{path}': there is no such file", "file")
     said = io.StringIO()  # meshio prints why a reader does not take the file, a blank line for a gmsh file
     try:
