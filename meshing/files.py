@@ -20,8 +20,10 @@ from .orientation import chained, flipped
 from .paths import Line, as_text, edges_on_path
 from .stars import Blocks, Star, bulk_cells
 
+Crack = str | Sequence[str] | Sequence[Line]
 
-def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], regions: Sequence[str] = ()) -> meshio.Mesh:
+
+def read_mesh(path: str | Path, crack: Crack, regions: Sequence[str] = ()) -> meshio.Mesh:
     """Read a mesh in any format that meshio knows and insert its crack.
 
     Parameters
@@ -52,19 +54,29 @@ def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], reg
     mesh = load(path)
     cells, sets = named_sets(mesh)
     clean, index, kept = checked(path, mesh, sets)
-    names = [crack] if isinstance(crack, str) else [name for name in crack if isinstance(name, str)]
-    if names:
-        cut = np.concatenate([_facets_of_set(name, clean, cells.get(name, []), index, sets) for name in names])
-    elif is_solid(mesh):
-        raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
-    else:
-        cut = edges_on_path(clean, "crack", crack)  # type: ignore[arg-type]  # polylines
-    found = insert_cracks(clean, cut)
+    found = insert_cracks(clean, crack_facets(clean, crack, cells, index, sets))
     found.info = clean.info
     if regions:
         numbers = region_numbers(mesh, kept, regions)
         found.cell_data["region"] = [*numbers, np.zeros(len(found.cells[-1]), dtype=np.int64)]
     return found
+
+
+def crack_facets(
+    clean: meshio.Mesh, crack: Crack, cells: dict[str, list[Index]], index: Index, sets: dict[str, Index]
+) -> Index:
+    """Edges or faces of the crack of a file, corners (n, k) in the numbers of the mesh `clean`, see `checked` and `read_mesh`.
+
+    Parameters
+    ----------
+    cells, sets : of the file, see `named_sets`.
+    """
+    names = [crack] if isinstance(crack, str) else [name for name in crack if isinstance(name, str)]
+    if names:
+        return np.concatenate([_facets_of_set(name, clean, cells.get(name, []), index, sets) for name in names])
+    if is_solid(clean):
+        raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
+    return edges_on_path(clean, "crack", crack)  # type: ignore[arg-type]  # polylines
 
 
 def _facets_of_set(name: str, clean: meshio.Mesh, cells: list[Index], index: Index, sets: dict[str, Index]) -> Index:

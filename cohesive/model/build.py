@@ -32,6 +32,7 @@ from .held import check_held
 from .interface import interface_part
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
+from .path_size import path_size_note
 
 
 def build(scene: Scene, tangent: str = "consistent") -> Model:
@@ -242,6 +243,12 @@ def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
     found = mesh.remarks
     if mesh.crack is None and (warning := band_note(scene.material, cracks.width)):
         found.append(warning)
+    if (
+        scene.sizes is None
+        and cracks.area
+        and (coarse := path_size_note(mesh, scene.material, scene.specimen.crack_length_of(cracks.area)))
+    ):
+        found.append(coarse)
     if scene.specimen.is_off_the_notch():
         found.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
     if scene.sizes is None and (length := mesh.crack_front):
