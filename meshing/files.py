@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import io
 import os
+import sys
 from collections.abc import Iterable, Sequence
-from contextlib import redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import meshio
@@ -120,16 +121,18 @@ def load(path: Path) -> meshio.Mesh:
         if os.path.exists(path) and not os.path.isdir(path):
             raise MeshError(f"file = '{path}': it is a pipe or a device; expected a file", "file")
         raise MeshError(f"file = '{path}': there is no such file", "file")
-    said = io.StringIO()  # meshio prints why a reader does not take the file, a blank line for a gmsh file
+    said = io.StringIO()  # meshio prints why a reader does not take the file, and a blank line for a gmsh file
     try:
-        with redirect_stdout(said):
+        with redirect_stdout(said), redirect_stderr(said):
             mesh = meshio.read(path)
     except SystemExit:  # meshio's way to say that no reader accepts the file
-        if said.getvalue().strip():
-            print(said.getvalue().strip())
         raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads", "file") from None
     except Exception as error:
-        raise MeshError(f"file = '{path}': meshio cannot read it: {error or type(error).__name__}", "file") from None
+        why = f"{type(error).__name__} {error}".strip()
+        raise MeshError(f"file = '{path}': meshio cannot read it: {why}", "file") from None
+    if remark := said.getvalue().strip():
+        print(remark, file=sys.stderr)
+    _check_numbers(path, mesh)
     points = np.asarray(mesh.points, dtype=float)
     if not np.isfinite(points).all():
         raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite", "file")
@@ -142,6 +145,23 @@ def load(path: Path) -> meshio.Mesh:
         )
     mesh.points = points[:, :2]
     return mesh
+
+
+def _check_numbers(path: Path, mesh: meshio.Mesh) -> None:
+    """Refuse cells and sets that name what is not there; MeshError."""
+    n = len(mesh.points)
+    named = [("its cells name", np.ravel(block.data)) for block in mesh.cells if block.data.dtype.kind in "iu"]
+    named += [(f"set '{name}' names", np.asarray(nodes, dtype=np.int64)) for name, nodes in mesh.point_sets.items()]
+    for what, nodes in named:
+        if len(bad := nodes[(nodes < 0) | (nodes >= n)]):
+            raise MeshError(f"file = '{path}': {what} node {bad[0]} of {n}, counted from 0", "file")
+    for name, members in (mesh.cell_sets or {}).items():
+        for block, at in zip(mesh.cells, members, strict=False):
+            cells = np.asarray([] if at is None else at, dtype=np.int64)
+            if len(bad := cells[(cells < 0) | (cells >= len(block))]):
+                raise MeshError(
+                    f"file = '{path}': set '{name}' names {block.type} {bad[0]} of {len(block)}, counted from 0", "file"
+                )
 
 
 def is_solid(mesh: meshio.Mesh) -> bool:

@@ -252,7 +252,7 @@ class Scene:
     def file(self, name: str) -> Path:
         """A file that the scene names: beside it, or one that comes with the built-in scenes."""
         beside, bundled = self.folder / name, Path(str(_BUILTIN / Path(name).name))
-        return bundled if not os.path.exists(beside) and bundled.is_file() else beside
+        return bundled if not os.path.exists(beside) and os.path.isfile(bundled) else beside
 
 
 def built_in() -> list[str]:
