@@ -17,7 +17,7 @@ from meshing.errors import MeshError
 from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS, Specimen
 
-from ..errors import SceneError
+from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
 from ..solver.stages import Stage
 from .checks import RENAMED_KINDS, build_table, check_known, hint, is_a, refuse, table_of
@@ -29,8 +29,8 @@ ELEMENTS_IN_ZONE, COARSENING = 15, 8.0
 
 TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
 
-#: levels of tables and lists, and bits of a whole number, that a scene may have
-_DEEPEST, _MOST_BITS = 20, 1000
+#: levels of tables and lists, bits of a whole number, and digits of an index into a list, that a scene may have
+_DEEPEST, _MOST_BITS, _MOST_DIGITS = 20, 1000, 10
 
 _BUILTIN = resources.files("cohesive.scenes") / "builtin"
 
@@ -108,7 +108,7 @@ class Scene:
         if "reference" not in self.data:
             return None
         reference = build_table(ReferenceOptions, table_of(self.data, "reference"), "reference")
-        if not self.file(reference.file).is_file():
+        if not os.path.isfile(self.file(reference.file)):
             raise SceneError(
                 f"reference.file = {reference.file!r}: there is no file {self.file(reference.file)}", "reference.file"
             )
@@ -205,10 +205,9 @@ class Scene:
                     place = _item(key, place, part)
             if isinstance(place, dict):
                 place[last] = value
-            elif isinstance(place, list) and last.isdecimal() and int(last) < len(place):
-                place[int(last)] = value
             else:
-                raise SceneError(f"{key}: there is no such key in the scene")
+                _item(key, place, last)
+                place[int(last)] = value
         return Scene(data, self.folder)
 
     @property
@@ -296,7 +295,7 @@ def _plain(value: Any, key: str = "", depth: int = 0) -> Any:
 
 
 def _item(key: str, place: Any, part: str) -> Any:
-    if isinstance(place, list) and part.isdecimal() and int(part) < len(place):
+    if isinstance(place, list) and part.isdecimal() and len(part) < _MOST_DIGITS and int(part) < len(place):
         return place[int(part)]
     raise SceneError(f"{key}: there is no such key in the scene", key)
 
@@ -306,5 +305,8 @@ def _material(table: dict[str, Any]) -> Concrete:
     if preset is not None:
         if not isinstance(preset, str) or preset not in PRESETS:
             raise refuse("material.preset", preset, f"one of {', '.join(PRESETS)}")
-        table = with_preset(preset, table)
+        try:
+            table = with_preset(preset, table)
+        except ParameterError as error:  # of a softening that is none
+            raise SceneError(f"material.{error}", f"material.{error.key}") from None
     return build_table(Concrete, table, "material")
