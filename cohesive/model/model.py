@@ -74,6 +74,7 @@ class Model:
             "stored": state.stored,
             "dissipated": state.dissipated,
             "contact_work": state.contact_work,
+            "released": state.released,
             **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
             **self._of_drives(state),
         }

@@ -99,7 +99,7 @@ class RunData:
         h = self.history
         if not self.states:
             return 0.0
-        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
+        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"] - h["released"]
         return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
 
     @property

@@ -45,6 +45,7 @@ COLUMNS = (
     Column("stored", "N mm", "energy stored on the cracks, given back on unloading", watched=True),
     Column("dissipated", "N mm", "energy that damage has dissipated so far", watched=True),
     Column("contact_work", "N mm", "work of the contact tractions so far", watched=True),
+    Column("released", "N mm", "energy that snaps of the crack have set free so far"),
     Column("iterations", "", "iterations of Newton's method in the step"),
     Column("cuts", "", "how often the step was cut before it converged"),
     Column("residual", "", "residual of the step, relative to its forces"),
