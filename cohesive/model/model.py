@@ -74,7 +74,7 @@ class Model:
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the history of its runs."""
-        return columns_of(self.problem.measures)
+        return columns_of(self.problem.measures, self.problem.loading.names)
 
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""
@@ -92,4 +92,15 @@ class Model:
             "dissipated": state.dissipated,
             "contact_work": state.contact_work,
             **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
+            **self._of_drives(state),
         }
+
+    def _of_drives(self, state: State) -> dict[str, float]:
+        """Load and motion of each of several drives."""
+        loading, found = self.problem.loading, {}
+        if len(loading.names) > 1:
+            forces = self.problem.driven_forces(state)
+            for name in loading.names:
+                found[f"load.{name}"] = loading.force(name, forces)
+                found[f"driven.{name}"] = self.problem.driven_motion(name, state)
+        return found

@@ -147,7 +147,7 @@ class Scene:
         found = [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
         gauges = list(self.specimen.gauges())
         check_gauge_names(self.kind, gauges)
-        check_stage_names(found, gauges)
+        check_stage_names(found, gauges, list(self.specimen.drives()))
         return found
 
     @classmethod
