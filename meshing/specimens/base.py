@@ -64,6 +64,7 @@ class Drive:
     share : of the motion of the whole, in one half of it.
     spring : stiffness that resists the motion along `direction` where a stage leaves it free, N/mm.
     against : a second location, on which the opposite force acts; the driven motion is that of `at` against it.
+    against_direction : unit vector along which the second location is measured and pushed back; None: `direction`.
     """
 
     at: Location
@@ -74,6 +75,7 @@ class Drive:
     share: float = 1.0
     spring: float = 0.0
     against: Location | None = None
+    against_direction: Direction | None = None
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,10 @@ class Specimen(ABC):
     def has_main_gauge(self) -> bool:
         """Whether a gauge measures the opening; if not it is the mean jump over the crack."""
         return MAIN_GAUGE in self.gauges()
+
+    def forces(self) -> Mapping[str, float]:
+        """Further forces, by name, as multiples of the load: each has a column of its name."""
+        return {}
 
     def pressures(self) -> list[Pressure]:
         """Pressures on its faces."""
