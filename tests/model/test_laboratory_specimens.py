@@ -51,10 +51,12 @@ def test_the_models_close_in_on_each_other(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["four-point-beam", "wedge-splitting", "compact-tension", "l-panel"])
 def test_both_models_on_a_coarse_mesh(name: str) -> None:
-    """Within 2.5 % on the mesh by rule with a first-order band of one element in 25."""
-    scene = quick(name, 12)
+    """Within 4 % on a band as wide as one twelfth of the path; the finer pairs are `slow`."""
+    scene = quick(name, 8)
+    assert scene.sizes is not None
+    scene = scene.with_(**{"mesh.crack_size": scene.crack_length / 12})
     smeared, discrete = (run(scene, kind) for kind in ("smeared", "discrete"))
-    assert smeared.peak_load == pytest.approx(discrete.peak_load, rel=0.025)
+    assert smeared.peak_load == pytest.approx(discrete.peak_load, rel=0.04)
     assert set(smeared.history) == set(discrete.history)
 
 
