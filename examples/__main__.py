@@ -22,6 +22,7 @@ EXAMPLES = (
     "which_curve",
     "fibre_concrete",
     "shear_and_pull",
+    "laboratory",
     "accuracy",
     "sandwich_panel",
     "reinhardt",

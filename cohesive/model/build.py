@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from meshing.errors import MeshError
+from meshing.specimens.base import MAIN_GAUGE
 
 from ..algebra.bulk_matrix import bulk_stiffness
 from ..algebra.choice import Bulk, Condensation, condense
@@ -29,6 +30,7 @@ from .cracks import CrackPart
 from .dead_loads import dead_loads
 from .gauges import measures
 from .interface import interface_part
+from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 
@@ -63,9 +65,13 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
         raise SceneError(
             "specimen: the body is not held, its stiffness is singular; expected supports against every motion", "specimen"
         )
-    check_stages(scene.stages, problem, scene.material, cracks.width)
+    check_stages(scene.stages, problem, scene.material, cracks.width, {*scene.specimen.gauges()} - {MAIN_GAUGE, *rows})
     total = bulk.unknowns.transform.shape[1]
-    return Model(mesh, elastic, cracking, cracks, problem, condensation, total, timings, _notes(scene, mesh, cracks))
+    lengths = CrackLengths.from_specimen(scene.specimen, cracks, rows)
+    notes = _notes(scene, mesh, cracks)
+    return Model(
+        mesh, elastic, cracking, cracks, lengths, scene.specimen.forces(), problem, condensation, total, timings, notes
+    )
 
 
 @contextmanager

@@ -135,8 +135,8 @@ class Scene:
             )
         if model.half and self.specimen.symmetry() is None:
             raise SceneError(
-                f"model.half = true: this {self.kind} is not symmetric about its crack; expected a notched-beam with its "
-                "notch at mid-span, or a notched-tension, with the default crack path",
+                f"model.half = true: this {self.kind} is not symmetric about its crack; expected false, or a symmetric "
+                "specimen with its notch in the middle and the default crack path",
                 "model.half",
             )
 
@@ -147,7 +147,7 @@ class Scene:
         found = [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
         gauges = list(self.specimen.gauges())
         check_gauge_names(self.kind, gauges)
-        check_stage_names(found, gauges, list(self.specimen.drives()))
+        check_stage_names(found, gauges, list(self.specimen.drives()), list(self.specimen.forces()))
         return found
 
     @classmethod
