@@ -1,4 +1,4 @@
-"""From what a specimen says of itself to constraints and measures on the nodes of its mesh."""
+"""From what a specimen says of itself to constraints on the nodes of its mesh."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from meshing.specimens import Drive, Gauge, Specimen, Support
+from meshing.specimens import Drive, Specimen, Support
 from meshing.specimens.base import Direction, Location
 
 from ..algebra.unknowns import Constraint
 from ..arrays import Array, Index
-from ..elements.interface import Interface
-from ..elements.rotations import rotations
 from ..errors import SceneError
+from ..solver.loading import Actuator
 from .mesh import CrackedMesh
 
 
@@ -24,15 +23,18 @@ class Boundary:
     Attributes
     ----------
     supports : list of Constraint
-    drives : list of Constraint, one for each direction of the drive
+    motions : list of Constraint, each a motion of its own: those of the drives, then those of supports that give way
     mirror : Constraint, the plane of symmetry of a half; None for a whole body
-    spring : stiffness that resists the first drive, N/mm
+    drives : what each drive does with the motions
+    acting, later : (motions,) arrays, stiffness of springs that act from the beginning, or where a platen is let go, N/mm
     """
 
     supports: list[Constraint]
-    drives: list[Constraint]
+    motions: list[Constraint]
     mirror: Constraint | None
-    spring: float
+    drives: dict[str, Actuator]
+    acting: Array
+    later: Array
 
 
 def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> Boundary:
@@ -43,22 +45,37 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
     SceneError
         For a location that is not in the mesh, or a direction with another number of components.
     """
-    supports = list(specimen.held(half=half))
+    given = list(specimen.held(half=half))
     if mesh.dimension == 3:
-        supports += specimen.held_across(plane)
-    supports = [replace(each, direction=_extended(specimen, mesh, each.direction)) for each in supports]
-    ((_, drive),) = specimen.drives(half=half).items()
-    along, shear = (_extended(specimen, mesh, each) for each in (drive.direction, drive.shear))
-    assert along is not None
-    drive = replace(drive, direction=along, shear=shear)
+        given += specimen.held_across(plane)
+    given = [replace(each, direction=extended(specimen, mesh, each.direction)) for each in given]
+    supports: list[Constraint] = []
+    yielding: list[Constraint] = []
+    acting: list[float] = []
+    for support in given:
+        held = _support(mesh, support)
+        if support.stiffness is None:
+            supports += held
+        else:
+            yielding += held
+            acting += [support.stiffness * (2.0 if half else 1.0)] * len(held)  # the energy of a half is doubled
+    motions: list[Constraint] = []
+    drives: dict[str, Actuator] = {}
+    later: list[float] = []
+    for name, drive in specimen.drives(half=half).items():
+        own = _drive(specimen, mesh, drive)
+        drives[name] = Actuator(tuple(range(len(motions), len(motions) + len(own))), is_platen=drive.shear is not None)
+        motions += own
+        later += [drive.spring, *(0.0 for _ in own[1:])]
     mirror = None
-    if half and mesh.crack is not None and (normal := _extended(specimen, mesh, specimen.symmetry())) is not None:
+    if half and mesh.crack is not None and (normal := extended(specimen, mesh, specimen.symmetry())) is not None:
         mirror = Constraint("crack", np.unique(mesh.crack.data), normal)
-    held = [constraint for support in supports for constraint in _support(mesh, support)]
-    return Boundary(held, _drive(mesh, drive), mirror, drive.spring)
+    none = np.zeros(len(motions))
+    springs = (np.append(none, acting), np.append(later, np.zeros(len(yielding))))
+    return Boundary(supports, [*motions, *yielding], mirror, drives, *springs)
 
 
-def _extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -> Direction | None:
+def extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -> Direction | None:
     """A direction of a 2D specimen that is extruded, with its third component."""
     is_extruded = mesh.dimension == 3 and 2 in specimen.dimensions
     return (*vector, 0.0) if is_extruded and vector is not None and len(vector) == 2 else vector
@@ -67,18 +84,27 @@ def _extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -
 def _support(mesh: CrackedMesh, support: Support) -> list[Constraint]:
     axes = [tuple(axis) for axis in np.eye(mesh.dimension).tolist()]
     directions = axes if support.direction is None else [_components(mesh, "supports.direction", support.direction)]
-    nodes = _nodes(mesh, "supports.at", support.at)
+    nodes = nodes_at(mesh, "supports.at", support.at)
     lever = _lever(mesh, nodes, support.lever)
     return [Constraint(_name(support.at, "supports"), nodes, direction, lever=lever) for direction in directions]
 
 
-def _drive(mesh: CrackedMesh, drive: Drive) -> list[Constraint]:
-    direction = _components(mesh, "drive.direction", drive.direction)
-    nodes, name = _nodes(mesh, "drive.at", drive.at), _name(drive.at, "drive")
-    first = Constraint(name, nodes, direction, drive.share, _lever(mesh, nodes, drive.lever), drive.holds_jumps)
-    if drive.shear is None:
-        return [first]
-    return [first, Constraint(name, nodes, _components(mesh, "drive.direction", drive.shear), drive.share)]
+def _drive(specimen: Specimen, mesh: CrackedMesh, drive: Drive) -> list[Constraint]:
+    """Its motions: one, or two of a platen or of opposed forces."""
+
+    def motion(at: Location, direction: Direction | None, lever: float | None, holds: bool | None) -> Constraint:
+        nodes = nodes_at(mesh, "drive.at", at)
+        given = extended(specimen, mesh, direction)
+        assert given is not None
+        along = _components(mesh, "drive.direction", given)
+        return Constraint(_name(at, "drive"), nodes, along, drive.share, _lever(mesh, nodes, lever), holds)
+
+    motions = [motion(drive.at, drive.direction, drive.lever, drive.holds_jumps)]
+    if drive.shear is not None:
+        motions.append(motion(drive.at, drive.shear, None, None))
+    elif drive.against is not None:
+        motions.append(motion(drive.against, drive.direction, drive.lever, drive.holds_jumps))
+    return motions
 
 
 def _lever(mesh: CrackedMesh, nodes: Index, half_length: float | None) -> Array | None:
@@ -101,7 +127,7 @@ def _components(mesh: CrackedMesh, key: str, vector: Direction) -> Direction:
     return vector
 
 
-def _nodes(mesh: CrackedMesh, key: str, at: Location) -> Index:
+def nodes_at(mesh: CrackedMesh, key: str, at: Location) -> Index:
     """Nodes of a location: a set by name, or the copies of the node at a point."""
     if isinstance(at, str):
         if at not in mesh.sets:
@@ -117,67 +143,3 @@ def _nodes(mesh: CrackedMesh, key: str, at: Location) -> Index:
             f"specimen.{key}",
         )
     return np.flatnonzero(distance < 1e-6 * size)
-
-
-def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
-    """Opening and sliding as linear measures of the nodes' displacements, (d m,) each.
-
-    Parameters
-    ----------
-    specimen : whose gauges are taken; without one the mean jump over the crack.
-    faces : those of the crack path, if there is one.
-
-    Raises
-    ------
-    SceneError
-        If nothing tells what the opening is.
-    """
-    if gauges := specimen.gauges(half=half):
-        ((_, gauge),) = gauges.items()
-        gauge = replace(gauge, direction=_extended(specimen, mesh, gauge.direction))
-        return _relative_motion(gauge, mesh, faces)
-    if faces is None:
-        keys = [f"specimen.{key}" for key in ("gauge_minus", "gauge_plus", "gauge") if hasattr(specimen, key)]
-        raise SceneError(
-            f"{', '.join(keys)}: this band has no faces whose mean jump could be the opening; expected a gauge", *keys[:1]
-        )
-    return {
-        name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
-        for name, unit in zip(("opening", "sliding"), np.eye(mesh.dimension), strict=False)
-    }
-
-
-def _relative_motion(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
-    """Motion of one location against another one, or against its mirror image, which opens alike and slides with it. Sliding
-    is that along the first tangent of `elements.rotations.rotations`."""
-    d, plus = mesh.dimension, _nodes(mesh, "gauge_plus", gauge.plus)
-    minus = plus if gauge.minus is None else _nodes(mesh, "gauge_minus", gauge.minus)
-    apart = mesh.points[plus].mean(axis=0) - mesh.points[minus].mean(axis=0)
-    normal = np.asarray(_gauge_normal(gauge, mesh, faces, apart))
-    found = {}
-    for name, direction in zip(("opening", "sliding"), rotations(normal[None])[0], strict=False):
-        row = np.zeros(mesh.points.size)
-        sign = 1.0 if gauge.minus is None and name == "opening" else -1.0
-        for nodes, factor in ((plus, 1.0), (minus, sign)):
-            for axis in range(d):
-                np.add.at(row, d * nodes + axis, factor * direction[axis] / len(nodes))
-        if name == "opening" and not row.any():
-            raise SceneError(
-                "specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places",
-                "specimen.gauge_minus",
-            )
-        found[name] = row
-    return found
-
-
-def _gauge_normal(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None, apart: Array) -> Array:
-    """Direction in which the opening is measured: as given, else the crack's mean normal, from minus to plus."""
-    if gauge.direction is not None:
-        return np.array(gauge.direction)
-    mean = apart if faces is None else faces.weights @ faces.normals / faces.area
-    length = np.hypot.reduce(mean)
-    if length < 1e-9:
-        raise SceneError(
-            "specimen.gauge: the crack has no mean normal to measure along; leave the gauge out", "specimen.gauge"
-        )
-    return np.asarray((-1.0 if mean @ apart < 0 else 1.0) * mean / length)

@@ -166,9 +166,15 @@ def _lines(name: str, measured: Measured, found: Agreement | None, against: str)
             for x, y, away in found.outside
         ]
     return [
-        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {100 * found.area:+.1f} %, peak {100 * found.peak:+.1f} %, "
+        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {_signed(found.area)}, peak {_signed(found.peak)}, "
         f"over {against} from {found.start:.3g} to {found.end:.3g} mm"
     ]
+
+
+def _signed(part: float) -> str:
+    """A part in percent with its sign, none for zero."""
+    percent = round(100 * part, 1)
+    return f"{percent:+.1f} %" if percent else "0.0 %"
 
 
 def agreement_facts(reference: Reference | None, history: Mapping[str, Array]) -> dict[str, Any] | None:

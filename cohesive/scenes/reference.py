@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SceneError
-from ..solver.columns import COLUMNS
+from ..solver.columns import columns_of
 from .measured import Measured, Reference, rising
 from .scene import Scene
 from .tables import ReferenceOptions
@@ -57,8 +57,8 @@ def load_reference(scene: Scene) -> Reference | None:
 
 def _columns_of(scene: Scene) -> list[str]:
     """Columns of the history that a measured x may be, those in mm."""
-    fixed = [column.name for column in COLUMNS if column.unit == "mm"]
-    return list(dict.fromkeys([*fixed, *scene.specimen.gauges()]))
+    every = columns_of(scene.specimen.gauges(), list(scene.specimen.drives()))
+    return [column.name for column in every if column.unit == "mm"]
 
 
 def _load(

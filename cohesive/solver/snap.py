@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import NotConverged
-from .controls import CONTROLS, Control
+from .controls import Control, control_of
 from .newton import Equilibrium, advance, next_state
 from .problem import Guess, Problem, State
 from .stages import DEFAULT_STEPS
@@ -54,7 +54,7 @@ def snap_through(problem: Problem, start: State, control: str, target: float, re
 
 def advance_past_onset(problem: Problem, start: State, control: str, target: float, reversal: bool) -> Equilibrium:
     """A step of a stage: to its target, or to the onset of damage if the control begins there and nothing is damaged yet."""
-    if CONTROLS[control].begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
+    if control_of(control).begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
         return advance_to_onset(problem, start)
     return advance(problem, start, control, target, reversal)
 
@@ -77,7 +77,7 @@ def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
     if nucleated is not None:
         start = replace(start, cracks=nucleated)
         cracks, _ = problem.point_law.update(problem.operator.deformation(v), nucleated)
-    residual = problem.unbalanced(problem.bulk(v) + problem.operator.force(cracks.stress) - load * problem.drive)
+    residual = problem.residual(v, problem.operator.force(cracks.stress), load)
     error = float(np.linalg.norm(residual)) / abs(load)
     if error > problem.tol:
         raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")

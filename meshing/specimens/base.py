@@ -25,6 +25,9 @@ from ..sizes import MeshSizes
 Location = str | tuple[float, ...]
 Direction = tuple[float, ...]
 
+#: name of the gauge that measures `opening` and `sliding`
+MAIN_GAUGE = "opening"
+
 #: normal of the plane strain or stress of an extruded specimen
 _ACROSS: Direction = (0.0, 0.0, 1.0)
 
@@ -38,11 +41,13 @@ class Support:
     at : Location
     direction : unit vector; None: every direction.
     lever : half the length along x of a face that rotates freely about its centre, mm.
+    stiffness : of a support that gives way, N/mm; the nodes then move together. None: it does not.
     """
 
     at: Location
     direction: Direction | None = None
     lever: float | None = None
+    stiffness: float | None = None
 
 
 @dataclass(frozen=True)
@@ -58,6 +63,7 @@ class Drive:
     holds_jumps : whether the faces of a crack move together here; None: if there is more than one node.
     share : of the motion of the whole, in one half of it.
     spring : stiffness that resists the motion along `direction` where a stage leaves it free, N/mm.
+    against : a second location, on which the opposite force acts; the driven motion is that of `at` against it.
     """
 
     at: Location
@@ -67,6 +73,37 @@ class Drive:
     holds_jumps: bool | None = None
     share: float = 1.0
     spring: float = 0.0
+    against: Location | None = None
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """A pressure that stays, on faces of elements.
+
+    Parameters
+    ----------
+    at : name of a point set; faces all of whose nodes it has
+    value : MPa, positive where it presses on the body
+    """
+
+    at: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Region:
+    """Elastic elements with constants of their own.
+
+    Parameters
+    ----------
+    E : MPa
+    nu : Poisson's ratio
+    density : kg/m^3; None: that of the material
+    """
+
+    E: float
+    nu: float
+    density: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,8 +112,9 @@ class Gauge:
 
     Parameters
     ----------
-    plus, minus : Location; minus None: the mirror image of plus.
-    direction : unit vector of the opening; None: the crack's mean normal, from minus to plus.
+    plus, minus : Location; minus None: the mirror image of plus; equal: the two sides of the crack or notch there, plus the
+        one that lies along the direction.
+    direction : unit vector of the motion; None: the crack's mean normal, from minus to plus.
     """
 
     plus: Location
@@ -119,11 +157,29 @@ class Specimen(ABC):
 
     @abstractmethod
     def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
-        """Where it is driven, by name: one entry."""
+        """Where it is driven, by name; the first is moved unless a stage says otherwise."""
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
-        """Where its opening and sliding are measured, by name: one entry, or none for the mean jump over the crack."""
+        """Where motions are measured, by name: `MAIN_GAUGE` measures opening and sliding, without it they are the mean jump
+        over the crack; each other one has a column of its name."""
         return {}
+
+    @property
+    def has_main_gauge(self) -> bool:
+        """Whether a gauge measures the opening; if not it is the mean jump over the crack."""
+        return MAIN_GAUGE in self.gauges()
+
+    def pressures(self) -> list[Pressure]:
+        """Pressures on its faces."""
+        return []
+
+    def regions(self) -> Mapping[str, Region]:
+        """Elastic parts with constants of their own; `cell_data["region"]` of its meshes tells their elements."""
+        return {}
+
+    def gravity(self) -> Direction | None:
+        """Unit vector along which its weight acts; None: along -y."""
+        return None
 
     def symmetry(self) -> Direction | None:
         """Normal of the plane of the crack about which it is symmetric, so that one half may stand for the whole."""
