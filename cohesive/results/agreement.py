@@ -51,7 +51,7 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
     ----------
     x, y : (m,) arrays, mm and N, x rising strictly
     """
-    start, end = max(x[0], measured.x[0]), min(x[-1] * (1.0 + 1e-9), measured.x[-1])
+    start, end = max(x[0], measured.x[0]), min(x[-1], measured.x[-1])
     if not end > start:
         return None
     at = np.union1d(x, measured.x)
@@ -76,7 +76,7 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
 
 def _in_band(found: Agreement, measured: Measured, x: Array, y: Array) -> Agreement:
     """The agreement with the points of a band that the run meets, and those that it does not."""
-    met = (measured.x >= found.start) & (measured.x <= found.end)
+    met = (measured.x >= found.start) & (measured.x <= found.end * (1.0 + 1e-9))
     at, low, high = measured.x[met], measured.low[met], measured.high[met]
     load = np.interp(at, x, y)
     bound = np.where(load < low, low, high)

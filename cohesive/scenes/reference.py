@@ -24,7 +24,9 @@ _WORDS = {
     "driven": ("driven", "displacement", "stroke", "crosshead", "cross head", "actuator", "piston", "load point"),
     "sliding": ("sliding", "slip", "cmsd", "csd"),
 }
-_LOADS = ("load", "force", "kraft")
+_LOADS = ("load", "force")
+#: how such names end in German
+_ENDINGS = {"opening": "öffnung", "deflection": "durchbiegung", "driven": "weg", "load": "kraft"}
 _LOWER, _UPPER = ("min", "lower", "low"), ("max", "upper", "high")
 
 
@@ -159,7 +161,7 @@ def _loads(table: TextTable) -> list[int]:
 
 def _is_load(title: str) -> bool:
     words = _plain(title).split()
-    return any(word in _LOADS for word in words) and "point" not in words
+    return any(word in _LOADS or word.endswith(_ENDINGS["load"]) for word in words) and "point" not in words
 
 
 def _only(table: TextTable, found: Sequence[int], key: str) -> int:
@@ -182,7 +184,8 @@ def _abscissa(table: TextTable, against: str | None) -> int | None:
 
 def _says(title: str, column: str) -> bool:
     plain = f" {_plain(title)} "
-    return any(f" {word} " in plain for word in (_plain(column), *_WORDS.get(column, ()))) and not _is_load(title)
+    found = any(f" {word} " in plain for word in (_plain(column), *_WORDS.get(column, ())))
+    return (found or plain.rstrip().endswith(_ENDINGS.get(column, "\n"))) and not _is_load(title)
 
 
 def _said(table: TextTable, x: int, columns: Sequence[str]) -> str:
