@@ -66,7 +66,8 @@ def run(
         try:
             built = replace(built, problem=under_dead_loads(built.problem))
             for step in March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes):
-                row = _row(len(done) + 1, step, built.record(step.equilibrium.state), time.perf_counter() - clock)
+                record = built.record(step.equilibrium.state) | built.crack_lengths(step.equilibrium.state)
+                row = _row(len(done) + 1, step, record, time.perf_counter() - clock)
                 done.append((row, step.equilibrium.state))  # both or, if an interruption comes between, none
                 writer.write(row)
                 if on_step is not None:

@@ -29,6 +29,7 @@ from .cracks import CrackPart
 from .dead_loads import dead_loads
 from .gauges import measures
 from .interface import interface_part
+from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 
@@ -65,7 +66,9 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
         )
     check_stages(scene.stages, problem, scene.material, cracks.width)
     total = bulk.unknowns.transform.shape[1]
-    return Model(mesh, elastic, cracking, cracks, problem, condensation, total, timings, _notes(scene, mesh, cracks))
+    lengths = CrackLengths.from_specimen(scene.specimen, cracks, rows)
+    notes = _notes(scene, mesh, cracks)
+    return Model(mesh, elastic, cracking, cracks, lengths, problem, condensation, total, timings, notes)
 
 
 @contextmanager

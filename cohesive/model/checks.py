@@ -9,7 +9,8 @@ import numpy as np
 
 from ..errors import SceneError
 from ..law.concrete import Concrete
-from ..solver.controls import control_of
+from ..solver.columns import COLUMN_NAMES, LOAD_RATIO
+from ..solver.controls import CONTROLS, control_of
 from ..solver.loading import Loading
 from ..solver.problem import Problem
 from ..solver.stages import Stage
@@ -44,6 +45,7 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     loading = problem.loading
     for i, stage in enumerate(stages):
         loading = _check_drives(i, stage, loading)
+        _check_gauges(i, stage, problem)
         if max(stage.targets) > control_of(stage.control).most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
@@ -52,6 +54,18 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     if stages[0].targets[0] == 0:
         raise SceneError("stage.0.to = 0: the run starts there; expected another first target", "stage.0.to")
     _check_first_control(stages[0], problem)
+
+
+def _check_gauges(i: int, stage: Stage, problem: Problem) -> None:
+    """Refuse a gauge between the sides of a crack that this mesh does not have."""
+    known = {*CONTROLS, *COLUMN_NAMES, LOAD_RATIO, *problem.measures}
+    for key, names in (("control", [stage.control]), ("until", stage.until or {}), ("unload", stage.unload or {})):
+        for name in names:
+            if name not in known:
+                raise SceneError(
+                    f"stage.{i}.{key} = '{name}': no crack parts the nodes of this gauge; expected another quantity",
+                    f"stage.{i}.{key}",
+                )
 
 
 def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+
+from scipy.interpolate import PchipInterpolator
 
 from ..algebra.choice import Condensation
 from ..elements.bulk import ElasticBlock
 from ..solver.columns import COLUMN_NAMES, Column, columns_of
 from ..solver.problem import Problem, State
 from .cracks import CrackPart
+from .lengths import CrackLengths
 from .mesh import CrackedMesh
 
 
@@ -22,6 +26,7 @@ class Model:
     bulk : the elastic elements
     band : the elements that may crack, in the smeared model
     cracks : CrackPart
+    lengths : CrackLengths
     problem : Problem on the active unknowns
     condensation : Condensation
     total_dofs : number of all unknowns
@@ -33,6 +38,7 @@ class Model:
     bulk: list[ElasticBlock]
     band: list[ElasticBlock]
     cracks: CrackPart
+    lengths: CrackLengths
     problem: Problem
     condensation: Condensation
     total_dofs: int
@@ -53,6 +59,17 @@ class Model:
     def active_dofs(self) -> int:
         """Number of unknowns that Newton's method works on."""
         return len(self.condensation.unknowns)
+
+    @cached_property
+    def _compliance(self) -> PchipInterpolator | None:
+        return self.lengths.curve(self.problem)
+
+    def crack_lengths(self, state: State) -> dict[str, float]:
+        """The quantities of the history that say how far the crack has come in a state."""
+        return {
+            "cohesive_length": self.lengths.cohesive(state),
+            "effective_length": self.lengths.effective(self._compliance, self.problem, state),
+        }
 
     @property
     def columns(self) -> tuple[Column, ...]:

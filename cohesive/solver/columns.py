@@ -45,6 +45,13 @@ COLUMNS = (
     Column("stored", "N mm", "energy stored on the cracks, given back on unloading", watched=True),
     Column("dissipated", "N mm", "energy that damage has dissipated so far", watched=True),
     Column("contact_work", "N mm", "work of the contact tractions so far", watched=True),
+    Column("cohesive_length", "mm", "length of the crack path that is damaged and keeps more than 1 % of ft"),
+    Column(
+        "effective_length",
+        "mm",
+        "length of the crack without tractions, notch included, that gives the body its secant compliance (of cmod, else "
+        "opening, else driven, over load); nan if there is not one notch, one straight or kinked path from it and one drive",
+    ),
     Column("iterations", "", "iterations of Newton's method in the step"),
     Column("cuts", "", "how often the step was cut before it converged"),
     Column("residual", "", "residual of the step, relative to its forces"),

@@ -200,6 +200,12 @@ class Specimen(ABC):
         """Length of the crack, mm; None if only the mesh tells."""
         return None if self.crack_area is None else self.crack_length_of(self.crack_area)
 
+    @property
+    def notch_depth(self) -> float | None:
+        """Depth of the notch that the crack path goes on from, mm, 0 without one; None if one length does not say how far
+        the crack has come, as between two notches."""
+        return None
+
     def crack_length_of(self, area: float) -> float:
         """Length of a crack of some area (mm^2), mm: that of its path or, of a surface without one, the root of its area."""
         return math.sqrt(area) if self.thickness is None else area / self.thickness
