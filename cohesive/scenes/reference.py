@@ -19,8 +19,10 @@ from .units import FORCES, LENGTHS, factor_of
 
 #: what names of columns say of themselves, the first is looked for first
 _WORDS = {
-    "opening": ("opening", "cmod", "cod", "crack mouth", "clip gauge", "clip gage"),
-    "deflection": ("deflection", "mid span", "midspan"),
+    "opening": ("opening", "cod"),
+    "cmod": ("crack mouth", "clip gauge", "clip gage"),
+    "deflection": ("mid span", "midspan"),
+    "ctod": (),
     "driven": ("driven", "displacement", "stroke", "crosshead", "cross head", "actuator", "piston", "load point"),
     "sliding": ("sliding", "slip", "cmsd", "csd"),
 }
@@ -51,6 +53,8 @@ def load_reference(scene: Scene) -> Reference | None:
     against, curves = options.against, []
     for name in options.files:
         measured, column = _load(scene.file(name), f"reference.file = {name!r}", options, against, columns)
+        if column == "cmod" and options.against is None and scene.specimen.has_main_gauge:
+            column = "opening"  # the main gauge is the clip gauge of the test
         against = against or column  # the first file says it for all
         curves.append(measured)
     assert against is not None
@@ -195,6 +199,8 @@ def _said(table: TextTable, x: int, columns: Sequence[str]) -> str:
         return "opening"
     own = [column for column in columns if _plain(title) == _plain(column)]
     column = own[0] if own else next((column for column in _WORDS if _says(title, column)), None)
+    if column == "cmod" and column not in columns:
+        column = "opening"
     if column is None or column not in columns:
         what = "says no column of the history" if column is None else f"says {column}, which this run has not"
         raise TableError(f"the name of column {x + 1}, {title!r}, {what}; expected reference.against = {_or(columns)}")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
 from cohesive.arrays import Array
@@ -31,7 +32,7 @@ def test_a_curve_is_judged_over_the_common_range() -> None:
     # at 0, .5, 1, 2, 3: measured 5, 6, 6 2/3, 8, 6; computed 0, 5, 10, 7, 4
     gap = np.array([-5.0, -1.0, 10 / 3, -1.0, -2.0])
     at = np.array([0.0, 0.5, 1.0, 2.0, 3.0])
-    assert found.rms == pytest.approx(np.sqrt(np.trapezoid(gap**2, at) / 3.0) / 8.0, rel=1e-6)
+    assert found.rms == pytest.approx(np.sqrt(trapezoid(gap**2, at) / 3.0) / 8.0, rel=1e-6)
     assert found.area == pytest.approx(19.0 / (2.75 + 19 / 6 + 22 / 3 + 7.0) - 1.0, rel=1e-6)
     assert found.peak == pytest.approx(10 / 8 - 1)
     assert agreement(Measured.from_curve(np.array([4.0, 5.0]), np.ones(2)), X, Y) is None
@@ -97,7 +98,7 @@ def test_summary_run_json_and_figure_say_the_same(with_curve: Result, tmp_path: 
     h = with_curve.history
     away = 0.1 * h["load"]
     at = h["driven"]
-    wanted = np.sqrt(np.trapezoid(away**2, at) / (at[-1] - at[0])) / (1.1 * with_curve.peak_load)
+    wanted = np.sqrt(trapezoid(away**2, at) / (at[-1] - at[0])) / (1.1 * with_curve.peak_load)
     assert found.rms == pytest.approx(wanted, rel=1e-9)
     assert found.area == pytest.approx(1 / 1.1 - 1, rel=1e-9)
     rms = f"rms {100 * found.rms:.1f} % of its peak"

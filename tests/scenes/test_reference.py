@@ -23,9 +23,9 @@ OLSEN = np.array(
 BEAM = {key: value for key, value in Scene.load("notched-beam").data.items() if key != "reference"}
 
 
-def read(folder: Path, content: str | bytes, **keys: Any) -> Reference:
+def read(folder: Path, content: str | bytes, specimen: dict[str, Any] = BEAM["specimen"], **keys: Any) -> Reference:
     (folder / "olsen.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
-    reference = load_reference(Scene(BEAM | {"reference": {"file": "olsen.csv"} | keys}, folder))
+    reference = load_reference(Scene(BEAM | {"specimen": specimen, "reference": {"file": "olsen.csv"} | keys}, folder))
     assert reference is not None
     return reference
 
@@ -167,8 +167,16 @@ def test_the_name_of_x_says_what_it_is_drawn_against(tmp_path: Path) -> None:
     assert read(tmp_path, both).against == "opening"  # whatever their order
     np.testing.assert_array_equal(curve(tmp_path, both, against="driven").x, [1.0, 2.0])
     assert read(tmp_path, both, x="Stroke").against == "driven"
-    with pytest.raises(SceneError, match=r"says deflection, which this run has not; expected reference.against = 'opening'"):
-        read(tmp_path, "Deflection,Load\n1,2\n2,3\n")
+    assert read(tmp_path, "Deflection [mm],Load\n1,2\n2,3\n").against == "deflection"
+    with pytest.raises(SceneError, match=r"says ctod, which this run has not; expected reference.against = 'opening' or"):
+        read(tmp_path, "CTOD,Load\n1,2\n2,3\n", specimen=BEAM["specimen"] | {"notch": 0.0})
+
+
+def test_a_clip_gauge_is_the_main_gauge_if_there_is_one(tmp_path: Path) -> None:
+    text = "CMOD,Load\n1,2\n2,3\n"
+    assert read(tmp_path, text).against == "opening"
+    assert read(tmp_path, text, against="cmod").against == "cmod"
+    assert read(tmp_path, text, specimen=BEAM["specimen"] | {"gauge": 0.0}).against == "cmod"
 
 
 def test_bands_and_curves(tmp_path: Path) -> None:
