@@ -22,6 +22,7 @@ EXAMPLES = (
     "which_curve",
     "fibre_concrete",
     "shear_and_pull",
+    "measured_deflection",
     "accuracy",
     "sandwich_panel",
     "reinhardt",

@@ -14,6 +14,7 @@ from examples import (
     benchmark_solid,
     crack_that_bends,
     law_at_a_point,
+    measured_deflection,
     one_crack_in_tension,
     opening_and_closing,
     shear_and_pull,
@@ -207,3 +208,15 @@ def test_sheared_then_pulled(tmp_path: Path) -> None:
         assert out[f"{shear}, straight"].peak < out[f"{shear}, curved"].peak
         assert out[f"{shear}, curved"].work_of_shear > 0.1 * out[f"{shear}, curved"].work
     assert is_drawn(tmp_path / "panel.png")
+
+
+def test_measured_deflection(tmp_path: Path) -> None:
+    found = measured_deflection.main(size=6.0, plot=tmp_path / "olsen.png")
+    load_point, yoke = found["driven"], found["deflection"]
+    assert yoke.E_of_slope == pytest.approx(24.7e3, rel=0.005)  # on any mesh
+    assert 1.003 < load_point.E_of_slope / yoke.E_of_slope < 1.03  # the dents make the beam softer
+    for each in found.values():
+        assert each.E == pytest.approx(29e3, rel=0.02)  # as on the fine mesh
+        assert each.agreement.rms < 0.03  # 1.9 % on the fine mesh
+        assert each.agreement.rms < min(each.rms) + 1e-3  # the parabola's minimum
+    assert is_drawn(tmp_path / "olsen.png")
