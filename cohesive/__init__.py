@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .law.concrete import Concrete
     from .law.crack_plane import CrackPlane
     from .law.softening import register_softening
+    from .model.prepared import prepare
     from .results.result import Result
     from .scenes.scene import Scene
     from .simulation import run
@@ -27,6 +28,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "compare",
+    "prepare",
     "register_control",
     "register_softening",
     "register_specimen",
@@ -45,6 +47,7 @@ _HOME = {
     "Scene": "scenes.scene",
     "SceneError": "errors",
     "compare": "studies.compare",
+    "prepare": "model.prepared",
     "register_control": "solver.controls",
     "register_softening": "law.softening",
     "register_specimen": "meshing.specimens",

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from .errors import Interrupted, NotConverged, SceneError
 from .model.build import build
+from .model.prepared import Prepared
 from .results.files import HistoryWriter
 from .results.result import Result
 from .scenes.reference import load_reference
@@ -19,7 +20,7 @@ from .solver.problem import State
 
 def run(
     scene: Scene,
-    model: str | None = None,
+    model: str | Prepared | None = None,
     output: str | Path | None = None,
     on_step: Callable[[Step, dict[str, float]], None] | None = None,
     tangent: str = "consistent",
@@ -29,7 +30,8 @@ def run(
     Parameters
     ----------
     scene : Scene
-    model : overrides the scene's model.kind.
+    model : overrides the scene's model.kind; or what `prepare` made of a scene that differs in the law, the modulus and the
+        stages only, whose mesh and condensed stiffness serve again.
     output : folder whose history.csv grows row by row during the run; `Result.save` writes the rest.
     on_step : called after every converged step with it and its row of the history.
     tangent : "consistent", or "secant" to see what Newton's method is worth: a step may then take 1000 iterations.
@@ -49,10 +51,12 @@ def run(
         raise TypeError(f"run(scene) got {scene!r}: expected a Scene, as from Scene.load(name)")
     if tangent not in ("consistent", "secant"):
         raise ValueError(f"tangent = {tangent!r}: expected 'consistent' or 'secant'")
-    if model is not None:
+    if isinstance(model, Prepared):
+        scene = model.scene_of(scene)
+    elif model is not None:
         scene = scene.with_(**{"model.kind": model})
     reference = load_reference(scene)
-    built = build(scene, tangent)
+    built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent)
     notes = list(built.notes)
     done: list[tuple[dict[str, float], State]] = []
     clock = time.perf_counter()
