@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .solver.controls import register_control
     from .studies.accuracy import settings_for
     from .studies.compare import Comparison, compare
+    from .studies.sweep import sweep
     from .studies.trade import trade
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     "register_specimen",
     "run",
     "settings_for",
+    "sweep",
     "trade",
 ]
 
@@ -53,6 +55,7 @@ _HOME = {
     "register_specimen": "meshing.specimens",
     "run": "simulation",
     "settings_for": "studies.accuracy",
+    "sweep": "studies.sweep",
     "trade": "studies.trade",
 }
 

@@ -124,6 +124,20 @@ def prepare(scene: Scene, model: str | None = None) -> Prepared:
     return Prepared(scene.with_(**fixed) if fixed else scene, fixed, built)
 
 
+def is_kept(scene: Scene, key: str) -> bool:
+    """Whether mesh and stiffness of a scene are kept if this key changes."""
+    table, _, rest = key.partition(".")
+    name = rest.partition(".")[0]
+    if table == "material":
+        return name not in ("preset", *_needed(scene))
+    return table in ("title", "stage", "reference", "output") or (name in _FREE.get(table, ()) and key != "band.width")
+
+
+def _needed(scene: Scene) -> tuple[str, ...]:
+    """Parameters of the material on which mesh and stiffness depend."""
+    return ("nu", "density", "E") if scene.specimen.regions() else ("nu", "density")
+
+
 def _names(scene: Scene, key: str) -> bool:
     """Whether a scene gives a key."""
     table, name = key.split(".")
@@ -140,8 +154,7 @@ def _pairs(own: Scene, other: Scene) -> list[tuple[str, Any, Any]]:
         found += [(f"{table}.{name}", getattr(was, name), getattr(now, name)) for name in names]
     if own.sizes is not None and own.model.kind == "smeared":
         found.append(("band.width", own.band_width, other.band_width))
-    needed = ["nu", "density", *(["E"] if own.specimen.regions() else [])]
-    found += [(f"material.{name}", getattr(own.material, name), getattr(other.material, name)) for name in needed]
+    found += [(f"material.{name}", getattr(own.material, name), getattr(other.material, name)) for name in _needed(own)]
     return found
 
 
