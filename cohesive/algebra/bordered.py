@@ -48,6 +48,9 @@ class Stiffness(Protocol):
     def scaled(self, factor: float) -> Stiffness:
         """The stiffness times a factor, without the factorizations of this one."""
 
+    def forget(self) -> None:
+        """Factor anew in the next solve, whatever was solved before."""
+
     def solve(
         self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
     ) -> Array:
@@ -96,6 +99,9 @@ class _Bordered(ABC):
     def scaled(self, factor: float) -> Stiffness:
         matrix = self.matrix if factor == 1.0 else factor * self.matrix
         return replace(self, matrix=matrix, _reused=_Reused())
+
+    def forget(self) -> None:
+        self._reused.solve = None
 
     @property
     def factorizations(self) -> int:

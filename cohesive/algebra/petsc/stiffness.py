@@ -85,6 +85,9 @@ class PetscStiffness:
     def scaled(self, factor: float) -> PetscStiffness:
         return PetscStiffness(factor * self._matrix)
 
+    def forget(self) -> None:
+        self._layout = None
+
     def solve(
         self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
     ) -> Array:
