@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .model.prepared import prepare
     from .results.result import Result
     from .scenes.scene import Scene
-    from .simulation import run
+    from .simulation import resume, run
     from .solver.controls import register_control
     from .studies.accuracy import settings_for
     from .studies.compare import Comparison, compare
@@ -33,6 +33,7 @@ __all__ = [
     "register_control",
     "register_softening",
     "register_specimen",
+    "resume",
     "run",
     "settings_for",
     "sweep",
@@ -53,6 +54,7 @@ _HOME = {
     "register_control": "solver.controls",
     "register_softening": "law.softening",
     "register_specimen": "meshing.specimens",
+    "resume": "simulation",
     "run": "simulation",
     "settings_for": "studies.accuracy",
     "sweep": "studies.sweep",
