@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .errors import Interrupted, NotConverged, SceneError
+from .growth.search import find_path, found_scene
 from .model.build import build
 from .results.files import HistoryWriter
 from .results.result import Result
@@ -51,18 +52,21 @@ def run(
         raise ValueError(f"tangent = {tangent!r}: expected 'consistent' or 'secant'")
     if model is not None:
         scene = scene.with_(**{"model.kind": model})
+    found = None if scene.grow is None else find_path(scene)
+    if found is not None:
+        scene = found_scene(scene, found)
     reference = load_reference(scene)
     built = build(scene, tangent)
-    notes = list(built.notes)
+    notes = [*([] if found is None else found.notes), *built.notes]
     done: list[tuple[dict[str, float], State]] = []
     clock = time.perf_counter()
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference)
+        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference, found)
 
-    with HistoryWriter(output) as writer:
+    with HistoryWriter(output, [column.name for column in built.columns]) as writer:
         try:
             built = replace(built, problem=under_dead_loads(built.problem))
             for step in March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes):

@@ -21,6 +21,7 @@ EXAMPLES = (
     "crack_that_bends",
     "which_curve",
     "fibre_concrete",
+    "shear_and_pull",
     "accuracy",
     "sandwich_panel",
     "reinhardt",

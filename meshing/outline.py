@@ -19,7 +19,7 @@ class Outline:
     corners : of the body, counter-clockwise.
     crack, slits : polylines of the crack and of notches without width, inside the body.
     nodes : points that must be nodes, by the name of the point set they end up in.
-    edges : straight parts of the outline, by the name of the point set of their nodes.
+    edges : polylines along the outline, by the name of the point set of their nodes.
     half : the crack runs along the outline, and a mirror image stands on its other side.
     """
 
@@ -27,7 +27,7 @@ class Outline:
     crack: Sequence[Line]
     slits: Sequence[Line] = ()
     nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
-    edges: Mapping[str, tuple[Point, Point]] = field(default_factory=dict)
+    edges: Mapping[str, Sequence[Point]] = field(default_factory=dict)
     half: bool = False
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import meshio
 import numpy as np
@@ -22,7 +23,7 @@ def mesh_polygon(
     sizes: MeshSizes,
     slits: Sequence[Line] = (),
     nodes: Mapping[str, Sequence[Point]] | None = None,
-    edges: Mapping[str, tuple[Point, Point]] | None = None,
+    edges: Mapping[str, Sequence[Point]] | None = None,
     half: bool = False,
 ) -> meshio.Mesh:
     """Mesh a polygon, cut it along `crack` (with crack cells) and `slits` (without).
@@ -112,7 +113,11 @@ def nearest(mesh: meshio.Mesh, name: str, point: Sequence[float]) -> int:
     return best
 
 
-def edge_sets(mesh: meshio.Mesh, edges: Mapping[str, tuple[Point, Point]]) -> dict[str, Index]:
-    """Nodes on straight lines, by name."""
+def edge_sets(mesh: meshio.Mesh, edges: Mapping[str, Sequence[Point]]) -> dict[str, Index]:
+    """Point sets of the nodes on polylines along the outline."""
     slack = SLACK * float(np.ptp(mesh.points, axis=0).max())
-    return {name: np.flatnonzero(nodes_on_segment(mesh.points, *ends, slack)) for name, ends in edges.items()}
+    found = {}
+    for name, line in edges.items():
+        on = [nodes_on_segment(mesh.points, a, b, slack) for a, b in pairwise(line)]
+        found[name] = np.flatnonzero(np.any(on, axis=0))
+    return found

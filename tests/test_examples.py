@@ -16,6 +16,7 @@ from examples import (
     law_at_a_point,
     one_crack_in_tension,
     opening_and_closing,
+    shear_and_pull,
     size_effect,
     width_matters,
 )
@@ -196,3 +197,13 @@ def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
         # drive changes what the first stage controls
         assert row["factorizations"] == row["iterations"] + 2, name
     assert capsys.readouterr().out.count("coarse") == 4  # one as soon as it is done
+
+
+def test_sheared_then_pulled(tmp_path: Path) -> None:
+    out = shear_and_pull.main(size=5.0, plot=tmp_path / "panel.png")
+    assert all(p.balance < 1e-3 for p in out.values())
+    assert out["10 kN, curved"].peak < 0.92 * out["5 kN, curved"].peak < 0.95 * out["no shear, straight"].peak
+    for shear in ("5 kN", "10 kN"):
+        assert out[f"{shear}, straight"].peak < out[f"{shear}, curved"].peak
+        assert out[f"{shear}, curved"].work_of_shear > 0.1 * out[f"{shear}, curved"].work
+    assert is_drawn(tmp_path / "panel.png")

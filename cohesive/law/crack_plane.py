@@ -119,12 +119,16 @@ class CrackPlane:
         """Traction (n, d) and new history (n,) of `update`, without the tangent."""
         jump, Z = _checked(jump, Z)
         Z_new = self.history(jump, Z)
-        traction = self.intact(Z_new)[:, None] * self.stiffness(jump.shape[1]) * jump
-        return traction + self.contact_traction(jump, Z_new), Z_new
+        return self.undamaged_traction(jump, Z_new) + self.contact_traction(jump, Z_new), Z_new
 
     def history(self, jump: Array, Z: Array) -> Array:
         """New history (n,) of `update`, eq. (4)."""
         return np.asarray(np.maximum(np.maximum(Z, self.Zt), self._equivalent_jump(jump, gradient=False)[0]))
+
+    def undamaged_traction(self, jump: Array, Z: Array) -> Array:
+        """First term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""
+        jump, Z = _checked(jump, Z)
+        return np.asarray(self.intact(np.maximum(Z, self.Zt))[:, None] * (self.stiffness(jump.shape[1]) * jump))
 
     def contact_traction(self, jump: Array, Z: Array) -> Array:
         """Second term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""

@@ -25,7 +25,8 @@ class Result(RunData):
         return summary(self)
 
     def save(self, folder: str | Path) -> None:
-        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json.
+        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json;
+        path.csv and path.png, if the crack path was looked for.
 
         Each file is written under a temporary name and then renamed. Pictures and frames of an earlier run into the same
         folder are replaced.
@@ -37,6 +38,7 @@ class Result(RunData):
             files are there then.
         """
         from .figures import write_figures  # with matplotlib, which is slow to import
+        from .path_files import write_found
 
         clock = time.perf_counter()
         folder = Path(folder)
@@ -44,6 +46,7 @@ class Result(RunData):
         write_history(self, folder)
         write_figures(self, folder)
         write_frames(self, folder)
+        write_found(self, folder)
         self.timings["output"] = time.perf_counter() - clock
         write_run(self, folder)
         write_scene(self.scene, folder)  # last: a curve of the user's own may not be saved

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -27,13 +28,19 @@ class Column:
 
 COLUMNS = (
     Column("step", "", "number of the converged step"),
-    Column("load", "N", "force along the motion of the drive", watched=True, unloaded=True),
+    Column("load", "N", "force along the motion of the drive that the stage moves", watched=True, unloaded=True),
     Column("opening", "mm", "normal motion between the points of the gauge", watched=True, unloaded=True),
     Column("sliding", "mm", "tangential motion between the points of the gauge", watched=True, unloaded=True),
-    Column("driven", "mm", "motion of the drive, on which the load does its work", watched=True, unloaded=True),
+    Column(
+        "driven",
+        "mm",
+        "motion of the drive that the stage moves, on which the load does its work",
+        watched=True,
+        unloaded=True,
+    ),
     Column("stress_n", "MPa", "mean normal traction on the crack", watched=True, unloaded=True),
     Column("stress_s", "MPa", "mean shear traction on the crack", watched=True, unloaded=True),
-    Column("work", "N mm", "work of the load so far", watched=True),
+    Column("work", "N mm", "work of all loads so far", watched=True),
     Column("elastic", "N mm", "elastic energy of the bulk, and of the specimen's springs", watched=True),
     Column("stored", "N mm", "energy stored on the cracks, given back on unloading", watched=True),
     Column("dissipated", "N mm", "energy that damage has dissipated so far", watched=True),
@@ -50,8 +57,22 @@ COLUMN_NAMES = tuple(column.name for column in COLUMNS)
 #: the load over the largest load so far: `until` may watch it, though it is no column
 LOAD_RATIO = "load_ratio"
 
-#: what `until` may watch
-WATCHED = (*(column.name for column in COLUMNS if column.watched), LOAD_RATIO)
 
-#: what `unload` may go back to
-UNLOADED = tuple(column.name for column in COLUMNS if column.unloaded)
+def columns_of(gauges: Iterable[str], drives: Sequence[str] = ()) -> tuple[Column, ...]:
+    """All columns of a run: those of every run, one for each further gauge and, of several drives, two for each."""
+    motions = (Column(name, "mm", f"motion that the gauge {name} measures", True, True) for name in gauges)
+    further = [column for column in motions if column.name not in COLUMN_NAMES]
+    for name in drives if len(drives) > 1 else ():
+        further.append(Column(f"load.{name}", "N", f"force of the drive {name}", True, True))
+        further.append(Column(f"driven.{name}", "mm", f"motion of the drive {name}", True, True))
+    return (*COLUMNS, *further)
+
+
+def watched(columns: Iterable[Column]) -> tuple[str, ...]:
+    """What `until` may watch."""
+    return (*(column.name for column in columns if column.watched), LOAD_RATIO)
+
+
+def unloaded(columns: Iterable[Column]) -> tuple[str, ...]:
+    """What `unload` may go back to."""
+    return tuple(column.name for column in columns if column.unloaded)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import NotConverged, PointFailure
-from .controls import CONTROLS, Control
+from .controls import Control, control_of
 from .events import Event, Watch
 from .newton import Equilibrium
 from .problem import Problem, State
@@ -70,7 +70,7 @@ class Leg:
     _leads_away: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        self._control = CONTROLS[self.stage.control]
+        self._control = control_of(self.stage.control)
         self._start = self._value = self._control.value(self.problem, self.state)
         self._direction = float(np.sign(self.target - self._start))
         # unloading ends at its event, and its steps are those of a way back to 0

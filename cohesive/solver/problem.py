@@ -264,6 +264,10 @@ class Problem:
         """Value of a linear measure, mm."""
         return self.motion(self.measures[name], state)
 
+    def driven_motion(self, name: str, state: State) -> float:
+        """Motion of one of the drives, mm."""
+        return self.motion(self._on_motions(self.loading.row(name)), state)
+
     def describe(self, point: int) -> str:
         """Coordinates of a point, for messages."""
         coordinates = np.round(self.operator.where[point], 9) + 0.0  # no -0

@@ -9,6 +9,7 @@ from .registry import SPECIMENS, register_specimen
 from .sandwich_panel import SandwichPanel
 from .single_crack import SingleCrack
 from .single_crack_3d import SingleCrack3D
+from .tension_shear_panel import TensionShearPanel
 from .user_mesh import UserMesh
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "SingleCrack3D",
     "Specimen",
     "Support",
+    "TensionShearPanel",
     "UserMesh",
     "register_specimen",
 ]
