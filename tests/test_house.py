@@ -17,7 +17,19 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 #: a room, and all rooms that are below it; what one floor shares does not see each other
-FLOORS = ["commands", "studies", "simulation", "results", "growth", "model", "scenes", "solver", "cracks", "law algebra", "elements"]
+FLOORS = [
+    "commands",
+    "studies",
+    "simulation",
+    "results",
+    "growth",
+    "model",
+    "scenes",
+    "solver",
+    "cracks",
+    "law algebra",
+    "elements",
+]
 BELOW = {room: set(" ".join(FLOORS[i + 1 :]).split()) for i, floor in enumerate(FLOORS) for room in floor.split()}
 #: of the whole package: the public names, the entry of the command, and the module with which an MPI script begins
 FACADES = {"__init__", "__main__", "petsc"}

@@ -89,7 +89,7 @@ class Search:
         """Grow all cracks, then judge them."""
         clock = time.perf_counter()
         if self.scene.specimen.symmetry() is not None and not self.options.starts:
-            lines = [list(line) for line in self.scene.specimen.paths]
+            lines = list(self.scene.specimen.paths)
             return self._found(lines, [], ["path: straight, the specimen is symmetric about it"], clock)
         cracks = self._grow(self._starts())
         cracks, last, passes, moved = self._judge(cracks)
@@ -127,7 +127,9 @@ class Search:
             cracks[i] = cracks[i].held("the run ends first", self.segment, self.body, other_lines(cracks, i))
         return cracks
 
-    def _try(self, lines: list[Line], tips: list[tuple[Point, float]], before: float | None = None, whole: bool = False) -> Trial:
+    def _try(
+        self, lines: list[Line], tips: list[tuple[Point, float]], before: float | None = None, whole: bool = False
+    ) -> Trial:
         trial = run_trial(self.scene, lines, tips, self.radius, LARGEST_TURN, not whole, before)
         self.trials.append(trial)
         return trial
@@ -143,6 +145,7 @@ class Search:
             if moved < _SETTLED * self.segment or number == _MOST_PASSES:
                 return cracks, trial, number, moved
             cracks = judged
+        raise AssertionError  # counting does not end
 
     def _redirected(self, cracks: list[Crack], trial: Trial) -> list[Crack]:
         """The cracks with the directions that a run along the whole of them tells. Those that end at another one come last."""
@@ -158,7 +161,7 @@ class Search:
                 headings[-1].append(old + _RELAXATION * (probe.heading + turn - old) if is_clear else None)
         found: dict[int, Crack] = {}
         for i in sorted(range(len(cracks)), key=lambda i: cracks[i].end == "another crack"):
-            others = [list(other.points) for other in found.values()]
+            others: list[Line] = [list(other.points) for other in found.values()]
             found[i] = self._regrown(cracks[i], headings[i], others)
         return [found[i] for i in range(len(cracks))]
 
@@ -173,7 +176,7 @@ class Search:
             new = new.grown(crack.headings[i + 1] if heading is None else heading, self.segment, self.body, others)
             if new.end:
                 return new
-        raise AssertionError
+        raise AssertionError  # counting does not end
 
     def _notes(self, cracks: Sequence[Crack], vertices: Sequence[Vertex], passes: int, moved: float) -> list[str]:
         """What was found, in words."""
@@ -191,9 +194,13 @@ class Search:
                 f"path: criterion and principal stresses of the run disagree by {apart.mean():.1f} degrees in the mean, "
                 f"{apart.max():.1f} at most"
             )
-        early = np.array([abs(_difference(v.criterion, v.at_peak)) for v in vertices if not v.held and not math.isnan(v.at_peak)])
+        early = np.array(
+            [abs(_difference(v.criterion, v.at_peak)) for v in vertices if not v.held and not math.isnan(v.at_peak)]
+        )
         if len(early):
-            notes.append(f"path: the stresses at the peak would tell directions that differ by up to {early.max():.1f} degrees")
+            notes.append(
+                f"path: the stresses at the peak would tell directions that differ by up to {early.max():.1f} degrees"
+            )
         if moved >= _SETTLED * self.segment:
             notes.append(f"warning: after {passes} passes the path still moves by {moved:.2g} mm")
         return notes
@@ -232,9 +239,9 @@ def _vertices(cracks: Sequence[Crack], trial: Trial) -> list[Vertex]:
                 opening, load = due.opening, due.load
             turn, stress = probe.strongest(at_peak, LARGEST_TURN)
             early = probe.heading + turn if probe.is_clear(at_peak, turn, stress) else nan
-            angles = [math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early)]
             held = crack.held_from is not None and i >= crack.held_from
-            found.append(Vertex(number, x, y, *angles, opening, load, held))
+            path, *told = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
+            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, held))
     return found
 
 

@@ -60,7 +60,10 @@ class NodalStress:
             strain, volumes, _, _ = block.strain_points((centre, np.ones(1)))
             corners = block.cells[:, : 3 if block.kind.startswith("triangle") else 4]
             share = sp.csr_array(
-                (np.repeat(volumes, corners.shape[1]), (corners.ravel(), np.repeat(np.arange(len(corners)), corners.shape[1]))),
+                (
+                    np.repeat(volumes, corners.shape[1]),
+                    (corners.ravel(), np.repeat(np.arange(len(corners)), corners.shape[1])),
+                ),
                 shape=(m, len(corners)),
             )
             volume += share @ np.ones(len(corners))
@@ -85,9 +88,7 @@ class NodalStress:
         row = np.arange(len(at))
         share = shares[row, best]
         share[share.min(axis=1) < -1e-9] = 0.0
-        return sp.csr_array(
-            (share.ravel(), (np.repeat(row, 3), cells[best].ravel())), shape=(len(at), len(self.points))
-        )
+        return sp.csr_array((share.ravel(), (np.repeat(row, 3), cells[best].ravel())), shape=(len(at), len(self.points)))
 
 
 def _cross(a: Array, b: Array) -> Array:
