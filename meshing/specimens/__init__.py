@@ -4,6 +4,7 @@ from .base import Drive, Gauge, PlaneSpecimen, Specimen, Support
 from .mixed_mode_plate import MixedModePlate
 from .notched_beam import NotchedBeam
 from .notched_tension import NotchedTension
+from .own_outline import OwnOutline
 from .push_off import PushOff
 from .registry import SPECIMENS, register_specimen
 from .sandwich_panel import SandwichPanel
@@ -19,6 +20,7 @@ __all__ = [
     "MixedModePlate",
     "NotchedBeam",
     "NotchedTension",
+    "OwnOutline",
     "PlaneSpecimen",
     "PushOff",
     "SandwichPanel",
