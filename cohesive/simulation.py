@@ -8,13 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from .errors import Interrupted, NotConverged, SceneError
+from .growth.found import FoundPath
+from .growth.search import find_path, found_scene
 from .model.build import build
 from .model.model import Model
 from .model.prepared import Prepared
 from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
 from .results.result import Result
-from .scenes.reference import Reference, load_reference
+from .scenes.measured import Reference
+from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.march import March, Step, under_dead_loads
 
@@ -56,9 +59,12 @@ def run(
         scene = model.scene_of(scene)
     elif model is not None:
         scene = scene.with_(**{"model.kind": model})
+    found = None if scene.grow is None else find_path(scene)
+    if found is not None:
+        scene = found_scene(scene, found)
     reference = load_reference(scene)
     built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent)
-    return _march(scene, built, reference, tangent, output, on_step)
+    return _march(scene, built, reference, tangent, output, on_step, found=found)
 
 
 def resume(folder: str | Path, on_step: Callable[[Step, dict[str, float]], None] | None = None) -> Result:
@@ -87,16 +93,17 @@ def _march(
     output: str | Path | None,
     on_step: Callable[[Step, dict[str, float]], None] | None,
     last: Checkpoint | None = None,
+    found: FoundPath | None = None,
 ) -> Result:
     """Take a model through the stages of its scene, from the beginning or from a checkpoint."""
-    notes = list(built.notes)
+    notes = [*([] if found is None else found.notes), *built.notes]
     done: list[Done] = [] if last is None else last.done
     clock = time.perf_counter() - (done[-1][0]["wall_time"] if done else 0.0)
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference)
+        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference, found)
 
     try:
         with HistoryWriter(output, [column.name for column in built.columns]) as writer:

@@ -29,7 +29,7 @@ from .common import (
 )
 
 #: files of a run; one without a converged step leaves no pictures and no frames
-_FILES = ("curve.png", "deformed.png", "history.csv", "frames.pvd", "run.json", "scene.toml")
+_FILES = ("curve.png", "deformed.png", "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml")
 
 
 def add_parser(commands: Commands) -> None:

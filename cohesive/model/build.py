@@ -48,6 +48,8 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
     SceneError, MeshError
         Naming the key or the entity, its value and what was expected.
     """
+    if scene.grow is not None:
+        raise SceneError("specimen.crack = 'grow': the path is not found yet; run(scene) finds it", "specimen.crack")
     timings: dict[str, float] = {}
     with _timed(timings, "mesh"), _keys_named():
         mesh = cracked_mesh(scene)
