@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,17 +31,21 @@ def check_units(concrete: Concrete, crack_length: float) -> None:
         )
 
 
-def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, width: float) -> None:
+def check_stages(
+    stages: Sequence[Stage], problem: Problem, concrete: Concrete, width: float, missing: Collection[str] = ()
+) -> None:
     """Refuse targets that this body cannot reach.
 
     Parameters
     ----------
     width : of the crack plane, mm.
+    missing : gauges of the specimen between the sides of a crack that this mesh does not have.
     """
     m = concrete
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
     available = shear * (1.0 + m.ft**2 * width / (2 * m.E * m.Gf)) * problem.energy
     for i, stage in enumerate(stages):
+        _check_gauges(i, stage, missing)
         if max(stage.targets) > control_of(stage.control).most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
@@ -63,6 +67,17 @@ def loadings_of(stages: Sequence[Stage], loading: Loading) -> Iterator[Loading]:
     for i, stage in enumerate(stages):
         loading = _check_drives(i, stage, loading)
         yield loading
+
+
+def _check_gauges(i: int, stage: Stage, missing: Collection[str]) -> None:
+    """Refuse a gauge between the sides of a crack that this mesh does not have."""
+    for key, names in (("control", [stage.control]), ("until", stage.until or {}), ("unload", stage.unload or {})):
+        for name in names:
+            if name in missing:
+                raise SceneError(
+                    f"stage.{i}.{key} = '{name}': no crack parts the nodes of this gauge; expected another quantity",
+                    f"stage.{i}.{key}",
+                )
 
 
 def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:

@@ -36,10 +36,10 @@ def beam(folder: Path, kind: str = "quad", counts: tuple[int, int] = (20, 10)) -
     return Scene(data, folder)
 
 
-@pytest.mark.parametrize(("kind", "within"), [("quad", 0.03), ("triangle6", 0.05)])
+@pytest.mark.parametrize(("kind", "within"), [("quad", 0.02), ("triangle6", 0.1)])
 def test_the_band_is_chosen_along_the_path(kind: str, within: float, tmp_path: Path) -> None:
-    """The elements beside the crack on one side: half an element off it, which a beam in bending does not feel much. The
-    quadrilaterals are a row; in triangles the crack finds its way, and the stress of its tips is met less well."""
+    """The elements beside the crack on one side: half an element off it, which a beam in bending does not feel much (.6 %,
+    .1 % with half the size). The quadrilaterals are a row; in quadratic triangles the peak is 7.5 % low at either size."""
     both = compare(beam(tmp_path, kind))
     assert any("the crack band is the" in note for note in both.notes)
     assert abs(both.table["peak"]["relative_difference"]) < within
