@@ -157,7 +157,7 @@ def _conditions(bodies: _Pieces, mesh: CrackedMesh, held: Boundary) -> _Conditio
             rotations[:, rotation] = -constraint.lever[is_there]
         part = [rows, motions, rotations]
         if motion >= 0 and not _holds_jumps(mesh, constraint):
-            part = [_means(mesh.leader[nodes], each) for each in part]
+            part = [_sums(mesh.leader[nodes], each) for each in part]
         parts.append(part)
     tied = []
     if held.mirror is not None:
@@ -179,12 +179,12 @@ def _holds_jumps(mesh: CrackedMesh, constraint: Constraint) -> bool:
     return constraint.holds_jumps
 
 
-def _means(groups: Index, rows: Array) -> Array:
-    """Means of the rows of each group."""
-    _, number, count = np.unique(groups, return_inverse=True, return_counts=True)
-    found = np.zeros((len(count), rows.shape[1]))
+def _sums(groups: Index, rows: Array) -> Array:
+    """Sums of the rows of each group, as conditions those of their means."""
+    first, number = np.unique(groups, return_inverse=True)
+    found = np.zeros((len(first), rows.shape[1]))
     np.add.at(found, number, rows)
-    return found / count[:, None]
+    return found
 
 
 def _across(bodies: _Pieces, mesh: CrackedMesh) -> tuple[Index, Index]:

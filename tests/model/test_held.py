@@ -174,3 +174,10 @@ def test_built_in_specimens_are_held(name: str) -> None:
     scene = Scene.load(name)
     length = scene.crack_length
     build(scene.with_(**{"mesh.crack_size": length / 4, "mesh.far_size": length / 2}))
+
+
+@pytest.mark.parametrize("name", ["notched-beam", "notched-tension"])
+def test_a_half_is_held_by_its_plane_of_symmetry(name: str) -> None:
+    scene = Scene.load(name)
+    length = scene.crack_length
+    build(scene.with_(**{"mesh.crack_size": length / 4, "mesh.far_size": length / 2, "model.half": True}))
