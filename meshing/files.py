@@ -156,7 +156,7 @@ def _check_numbers(path: Path, mesh: meshio.Mesh) -> None:
         if len(bad := nodes[(nodes < 0) | (nodes >= n)]):
             raise MeshError(f"file = '{path}': {what} node {bad[0]} of {n}, counted from 0", "file")
     for name, members in (mesh.cell_sets or {}).items():
-        for block, at in zip(mesh.cells, members, strict=False):
+        for block, at in zip(mesh.cells, () if name.startswith("gmsh:") else members, strict=False):
             cells = np.asarray([] if at is None else at, dtype=np.int64)
             if len(bad := cells[(cells < 0) | (cells >= len(block))]):
                 raise MeshError(
