@@ -23,6 +23,7 @@ EXAMPLES = (
     "fibre_concrete",
     "shear_and_pull",
     "laboratory",
+    "measured_deflection",
     "accuracy",
     "sandwich_panel",
     "reinhardt",

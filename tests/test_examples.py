@@ -15,6 +15,7 @@ from examples import (
     crack_that_bends,
     laboratory,
     law_at_a_point,
+    measured_deflection,
     one_crack_in_tension,
     opening_and_closing,
     shear_and_pull,
@@ -218,3 +219,15 @@ def test_specimens_of_laboratories(tmp_path: Path) -> None:
     assert 60e3 < out.stiff_slope < 70e3 and 9.5e4 < out.support < 1.15e5
     assert abs(out.panel_peak / laboratory.PEAK - 1.0) < 0.03 and abs(out.panel_work / laboratory.WORK - 1.0) < 0.03
     assert is_drawn(tmp_path / "laboratory.png")
+
+
+def test_measured_deflection(tmp_path: Path) -> None:
+    found = measured_deflection.main(size=6.0, plot=tmp_path / "olsen.png")
+    load_point, yoke = found["driven"], found["deflection"]
+    assert yoke.E_of_slope == pytest.approx(24.7e3, rel=0.005)  # on any mesh
+    assert 1.003 < load_point.E_of_slope / yoke.E_of_slope < 1.03  # the dents make the beam softer
+    for each in found.values():
+        assert each.E == pytest.approx(29e3, rel=0.02)  # as on the fine mesh
+        assert each.agreement.rms < 0.03  # 1.9 % on the fine mesh
+        assert each.agreement.rms < min(each.rms) + 1e-3  # the parabola's minimum
+    assert is_drawn(tmp_path / "olsen.png")

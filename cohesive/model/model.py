@@ -94,6 +94,7 @@ class Model:
             "stored": state.stored,
             "dissipated": state.dissipated,
             "contact_work": state.contact_work,
+            "released": state.released,
             **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
             **{name: factor * state.load for name, factor in self.forces.items()},
             **self._of_drives(state),

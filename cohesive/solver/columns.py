@@ -45,6 +45,7 @@ COLUMNS = (
     Column("stored", "N mm", "energy stored on the cracks, given back on unloading", watched=True),
     Column("dissipated", "N mm", "energy that damage has dissipated so far", watched=True),
     Column("contact_work", "N mm", "work of the contact tractions so far", watched=True),
+    Column("released", "N mm", "energy that snaps of the crack have set free so far"),
     Column("cohesive_length", "mm", "length of the crack path that is damaged and keeps more than 1 % of ft"),
     Column(
         "effective_length",

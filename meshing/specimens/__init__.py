@@ -7,6 +7,7 @@ from .l_panel import LPanel
 from .mixed_mode_plate import MixedModePlate
 from .notched_beam import NotchedBeam
 from .notched_tension import NotchedTension
+from .own_outline import OwnOutline
 from .push_off import PushOff
 from .registry import SPECIMENS, register_specimen
 from .sandwich_panel import SandwichPanel
@@ -26,6 +27,7 @@ __all__ = [
     "MixedModePlate",
     "NotchedBeam",
     "NotchedTension",
+    "OwnOutline",
     "PlaneSpecimen",
     "PushOff",
     "SandwichPanel",
