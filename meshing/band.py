@@ -59,7 +59,7 @@ def mesh_band(outline: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
     free, on_end = _sorted_nodes(opened, strips, width)
     bulk, band, points = _mesh_faces(opened, strips, free, sizes, width)
     whole = _renumbered(points, [*((block.type, block.data) for block in bulk), band])
-    for name, group in outline.nodes.items():
+    for name, group in opened.nodes.items():
         at = [_end_nodes(whole, on_end[p], outline.slack) if p in on_end else [nearest(whole, name, p)] for p in group]
         whole.point_sets[name] = np.unique(np.concatenate(at)).astype(np.int64)
     whole.point_sets |= edge_sets(whole, outline.edges)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from meshing.keys import check_keys, key
 
 from ..errors import ParameterError
+from .units import FORCES, LENGTHS, factor_of
 
 
 class Table:
@@ -14,6 +16,48 @@ class Table:
 
     def __post_init__(self) -> None:
         check_keys(self, ParameterError)
+
+
+@dataclass(frozen=True)
+class GrowOptions(Table):
+    """[grow]: the search for crack paths, with specimen.crack = "grow"."""
+
+    segment: float | None = key(
+        "length of the segments by which a crack grows; default: 4 times mesh.crack_size", None, unit="mm", above=0
+    )
+    criterion: str = key(
+        "'stress': the crack follows the ray from its tip along which the averaged hoop stress is largest; 'symmetry': it "
+        "takes the direction in which it does not slide at the tip of its next segment. No segment turns by more than 75 "
+        "degrees",
+        "stress",
+        one_of=("stress", "symmetry"),
+    )
+    radius: float | None = key(
+        "length of the rays over which the stress is averaged; default: 3 times mesh.crack_size", None, unit="mm", above=0
+    )
+    starts: Any = key(
+        "list of {at = [x, y], direction = [x, y]}: further cracks, from a point of a face or the end of a notch", None
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.starts is None:
+            object.__setattr__(self, "starts", [])
+        elif not isinstance(self.starts, list) or not all(map(_is_start, self.starts)):
+            raise ParameterError(f"starts = {self.starts!r}: expected a list of {{at = [x, y], direction = [x, y]}}", "starts")
+
+
+def _is_start(entry: Any) -> bool:
+    """Whether an entry of `starts` has two vectors in the plane, the direction not zero."""
+    if not isinstance(entry, dict) or set(entry) != {"at", "direction"}:
+        return False
+    vectors = list(entry.values())
+    if not all(isinstance(v, (list, tuple)) and len(v) == 2 for v in vectors):
+        return False
+    numbers = [c for v in vectors for c in v]
+    if not all(isinstance(c, (int, float)) and not isinstance(c, bool) and abs(c) < 1e100 for c in numbers):
+        return False
+    return any(entry["direction"])
 
 
 @dataclass(frozen=True)
@@ -94,13 +138,45 @@ class SolverOptions(Table):
 
 @dataclass(frozen=True)
 class ReferenceOptions(Table):
-    """[reference]: a measured curve."""
+    """[reference]: measured curves."""
 
-    file: str = key(
-        "CSV with columns opening and load, or opening, load_min and load_max (mm, N), '#' starts a comment; relative to the "
-        "scene file"
+    file: str | list[str] = key(
+        "text table of a measured curve, or a list of them; any separator, decimal sign, encoding and number of lines before "
+        "the data; units from the heading; relative to the scene file"
     )
     label: str = key("its name in the legend", "measured")
+    x: str | int | None = key(
+        "name or number of the column with the motion; default: the first that is an opening, else a deflection, else a "
+        "displacement",
+        None,
+    )
+    y: str | int | list[str | int] | None = key(
+        "name or number of the column with the load, or a list of two with the bounds of a band; default: the first that is a "
+        "load, or load_min and load_max",
+        None,
+    )
+    x_unit: str | None = key("unit of x, as 'um'; '-mm' turns the sign. Default: from the heading, else mm", None)
+    y_unit: str | None = key("unit of y, as 'kN'. Default: from the heading, else N", None)
+    against: str | None = key("column of the history that x is; default: that which its name says", None)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        files = self.files
+        if not files or not all(isinstance(name, str) for name in files) or len(set(files)) < len(files):
+            raise ParameterError(f"file = {self.file!r}: expected a file or a list of different files", "file")
+        columns = self.y if isinstance(self.y, list) else [self.y]
+        if not all(isinstance(name, (str, int, type(None))) and not isinstance(name, bool) for name in columns):
+            raise ParameterError(f"y = {self.y!r}: expected the name or number of a column, or a list of two", "y")
+        if isinstance(self.y, list) and (len(self.y) != 2 or None in self.y):
+            raise ParameterError(f"y = {self.y!r}: expected a list of two columns, lower and upper bound", "y")
+        for name, known in (("x_unit", LENGTHS), ("y_unit", FORCES)):
+            if (unit := getattr(self, name)) is not None:
+                factor_of(unit, known, name)
+
+    @property
+    def files(self) -> list[str]:
+        """The files, one or several."""
+        return self.file if isinstance(self.file, list) else [self.file]
 
 
 @dataclass(frozen=True)
