@@ -13,8 +13,10 @@ from .model.model import Model
 from .model.prepared import Prepared
 from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
+from .results.locking import held
 from .results.result import Result
-from .scenes.reference import Reference, load_reference
+from .scenes.measured import Reference
+from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.march import March, Step, under_dead_loads
 
@@ -99,7 +101,7 @@ def _march(
         return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference)
 
     try:
-        with HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with held(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
             for row, _ in done:
                 writer.write(row)
             built = replace(built, problem=under_dead_loads(built.problem))
@@ -110,7 +112,8 @@ def _march(
             with CheckpointWriter(output, scene, tangent, built, last) as checkpoints:
                 built.problem.stiffness.forget()
                 for step in march:
-                    row = _row(len(done) + 1, step, built.record(step.equilibrium.state), time.perf_counter() - clock)
+                    record = built.record(step.equilibrium.state) | built.crack_lengths(step.equilibrium.state)
+                    row = _row(len(done) + 1, step, record, time.perf_counter() - clock)
                     done.append((row, step.equilibrium.state))  # both or, if an interruption comes between, none
                     writer.write(row)
                     if on_step is not None:

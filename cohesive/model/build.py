@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from meshing.errors import MeshError
+from meshing.specimens.base import MAIN_GAUGE
 
 from ..algebra.bulk_matrix import bulk_stiffness
 from ..algebra.choice import Bulk, Condensation, condense
@@ -29,6 +30,7 @@ from .cracks import CrackPart
 from .dead_loads import dead_loads
 from .gauges import measures
 from .interface import interface_part
+from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 
@@ -58,7 +60,9 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
         condensation = _condensed(bulk, scene.solver.condensation)
         problem = _problem(scene, mesh, cracks, bulk, condensation, held, rows)
     total = bulk.unknowns.transform.shape[1]
-    model = Model(mesh, elastic, cracking, cracks, problem, condensation, total, timings, _notes(scene, mesh, cracks))
+    lengths = CrackLengths.from_specimen(scene.specimen, cracks, problem.measures)
+    forces, notes = scene.specimen.forces(), _notes(scene, mesh, cracks)
+    model = Model(mesh, elastic, cracking, cracks, lengths, forces, problem, condensation, total, timings, notes)
     return _checked(scene, model, tangent)
 
 
@@ -91,10 +95,18 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
             tol=scene.solver.tol,
             dead_factor=model.problem.dead_factor / factor,  # the coupling to it grows with the stiffness
         )
-    notes = _notes(scene, model.mesh, cracks)
-    return _checked(
-        scene, Model(model.mesh, elastic, cracking, cracks, problem, condensation, model.total_dofs, timings, notes), tangent
+    changed = replace(
+        model,
+        bulk=elastic,
+        band=cracking,
+        cracks=cracks,
+        lengths=CrackLengths.from_specimen(scene.specimen, cracks, problem.measures),
+        problem=problem,
+        condensation=condensation,
+        timings=timings,
+        notes=_notes(scene, model.mesh, cracks),
     )
+    return _checked(scene, changed, tangent)
 
 
 def _checked(scene: Scene, model: Model, tangent: str) -> Model:
@@ -103,7 +115,8 @@ def _checked(scene: Scene, model: Model, tangent: str) -> Model:
         raise SceneError(
             "specimen: the body is not held, its stiffness is singular; expected supports against every motion", "specimen"
         )
-    check_stages(scene.stages, model.problem, scene.material, model.cracks.width)
+    unmeasured = {*scene.specimen.gauges()} - {MAIN_GAUGE, *model.problem.measures}
+    check_stages(scene.stages, model.problem, scene.material, model.cracks.width, unmeasured)
     return replace(model, problem=replace(model.problem, secant=True)) if tangent == "secant" else model
 
 

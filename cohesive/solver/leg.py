@@ -110,7 +110,7 @@ class Leg:
                 )
                 return
             if snapped:
-                free = trial.state.unaccounted - self.state.unaccounted
+                free = trial.state.released - self.state.released
                 self.notes.append(
                     f"stage {self.number}: the crack snaps at {name} = {self._value:.5g}, which sets {free:.3g} N mm free"
                 )
