@@ -15,6 +15,7 @@ from .model.model import Model
 from .model.prepared import Prepared
 from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
+from .results.locking import held
 from .results.result import Result
 from .scenes.measured import Reference
 from .scenes.reference import load_reference
@@ -106,7 +107,7 @@ def _march(
         return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference, found)
 
     try:
-        with HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with held(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
             for row, _ in done:
                 writer.write(row)
             built = replace(built, problem=under_dead_loads(built.problem))

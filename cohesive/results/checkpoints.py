@@ -99,8 +99,7 @@ class Checkpoint:
             )
         if self.march is None:
             return None
-        unpickler = _Unpickler(BytesIO(self.march), model)
-        march: March = unpickler.load()
+        march: March = _Unpickler(BytesIO(self.march), model).load()
         return march
 
 
@@ -141,7 +140,7 @@ class CheckpointWriter:
         return self
 
     def write(self, done: Sequence[Done], march: March) -> None:
-        """Set down the march as it stands after the last row."""
+        """Append the rows since the last record, and the march as it stands after them."""
         if self._path is None:
             return
         text = BytesIO()
