@@ -145,6 +145,11 @@ class CrackPlane:
         stress = self.concrete.curve.stress(Z - self.Zt)
         return np.asarray(self.Zt / (self.concrete.ft * Z) * stress)
 
+    def strength_left(self, Z: Array) -> Array:
+        """Stress of the softening curve at the history Z over ft, (n,); inf for a plane that is not damaged."""
+        left = self.concrete.curve.stress(np.maximum(Z - self.Zt, 0.0)) / self.concrete.ft
+        return np.where(self.Zt * (1.0 + 1e-9) < Z, left, np.inf)
+
     def damage(self, Z: Array) -> Array:
         """omega of eq. (5), (n,)."""
         return 1.0 - self.intact(np.maximum(Z, self.Zt))

@@ -9,13 +9,14 @@ import numpy as np
 from meshing.paths import along_paths
 
 from ..arrays import Array
+from .agreement import Agreement, agreements
 from .frames import Frame, frame_of
 from .pickling import without_factors
 
 if TYPE_CHECKING:
     from ..growth.found import FoundPath
     from ..model.model import Model
-    from ..scenes.reference import Reference
+    from ..scenes.measured import Reference
     from ..scenes.scene import Scene
     from ..solver.problem import Problem, State
 
@@ -112,8 +113,13 @@ class RunData:
         h = self.history
         if not self.states:
             return 0.0
-        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
+        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"] - h["released"]
         return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
+
+    @property
+    def agreement(self) -> list[Agreement]:
+        """How far the run lies from each measured curve of its scene; empty without one."""
+        return agreements(self.reference, self.history)
 
     @property
     def iterations(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import reprlib
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
@@ -142,11 +143,20 @@ class Scene:
         if "reference" not in self.data:
             return None
         reference = build_table(ReferenceOptions, table_of(self.data, "reference"), "reference")
-        if not self.file(reference.file).is_file():
-            raise SceneError(
-                f"reference.file = {reference.file!r}: there is no file {self.file(reference.file)}", "reference.file"
-            )
+        for name in reference.files:
+            self._check_file("reference.file", name)
         return reference
+
+    def _check_file(self, key: str, name: str) -> None:
+        """Refuse a name of no regular file."""
+        try:
+            path = self.file(name)
+            if path.is_file():
+                return
+            what = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
+        except (OSError, ValueError):  # too long a name, or one with a null character
+            what = "that can be no name of a file"
+        raise SceneError(f"{key} = {reprlib.repr(name)}: {what}", key)
 
     def _check_model(self) -> None:
         """Refuse models that the specimen does not have."""
@@ -173,8 +183,8 @@ class Scene:
             )
         if model.half and self.specimen.symmetry() is None:
             raise SceneError(
-                f"model.half = true: this {self.kind} is not symmetric about its crack; expected a notched-beam with its "
-                "notch at mid-span, or a notched-tension, with the default crack path",
+                f"model.half = true: this {self.kind} is not symmetric about its crack; expected false, or a symmetric "
+                "specimen with its notch in the middle and the default crack path",
                 "model.half",
             )
 
@@ -185,7 +195,7 @@ class Scene:
         found = [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
         gauges = list(self.specimen.gauges())
         check_gauge_names(self.kind, gauges)
-        check_stage_names(found, gauges, list(self.specimen.drives()))
+        check_stage_names(found, gauges, list(self.specimen.drives()), list(self.specimen.forces()))
         return found
 
     @classmethod

@@ -64,6 +64,7 @@ class Drive:
     share : of the motion of the whole, in one half of it.
     spring : stiffness that resists the motion along `direction` where a stage leaves it free, N/mm.
     against : a second location, on which the opposite force acts; the driven motion is that of `at` against it.
+    against_direction : unit vector along which the second location is measured and pushed back; None: `direction`.
     """
 
     at: Location
@@ -74,6 +75,7 @@ class Drive:
     share: float = 1.0
     spring: float = 0.0
     against: Location | None = None
+    against_direction: Direction | None = None
 
 
 @dataclass(frozen=True)
@@ -171,6 +173,10 @@ class Specimen(ABC):
         """Whether a gauge measures the opening; if not it is the mean jump over the crack."""
         return MAIN_GAUGE in self.gauges()
 
+    def forces(self) -> Mapping[str, float]:
+        """Further forces, by name, as multiples of the load: each has a column of its name."""
+        return {}
+
     def pressures(self) -> list[Pressure]:
         """Pressures on its faces."""
         return []
@@ -201,6 +207,12 @@ class Specimen(ABC):
     def path_length(self) -> float | None:
         """Length of the crack, mm; None if only the mesh tells."""
         return None if self.crack_area is None else self.crack_length_of(self.crack_area)
+
+    @property
+    def notch_depth(self) -> float | None:
+        """Depth of the notch that the crack path goes on from, mm, 0 without one; None if one length does not say how far
+        the crack has come, as between two notches."""
+        return None
 
     def crack_length_of(self, area: float) -> float:
         """Length of a crack of some area (mm^2), mm: that of its path or, of a surface without one, the root of its area."""

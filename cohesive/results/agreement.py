@@ -1,0 +1,190 @@
+"""How far a run lies from the measured curves that its scene names: for the summary, run.json and the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..scenes.measured import Measured, Reference
+from ..scenes.units import FORCES, LENGTHS
+
+#: a curve is asked about if another unit brings it within this factor of the computed one
+_CLOSE = 5.0
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far a computed curve lies from a measured one or from a band, over the part of x that both have.
+
+    Attributes
+    ----------
+    name : of the measured curve
+    start, end : the common part of x, mm
+    rms : root of the mean square of the difference in load over x, over the largest measured load; of a band the
+        distance from its nearer bound counts
+    area : computed less measured area under the load, over the measured one; of a band that under its middle
+    peak : computed largest load over the measured one, less 1
+    inside, points : how many of the measured points within the common part have the computed load in the band; of a
+        single curve both are 0
+    outside : opening (mm), computed load (N) and distance as a part of the nearer bound at the other points
+    """
+
+    name: str
+    start: float
+    end: float
+    rms: float
+    area: float
+    peak: float
+    inside: int = 0
+    points: int = 0
+    outside: tuple[tuple[float, float, float], ...] = ()
+
+
+def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
+    """The agreement of a computed curve with a measured one; None if they have no part of x in common.
+
+    Parameters
+    ----------
+    x, y : (m,) arrays, mm and N, x rising strictly
+    """
+    start, end = max(x[0], measured.x[0]), min(x[-1], measured.x[-1])
+    if not end > start:
+        return None
+    at = np.union1d(x, measured.x)
+    at = np.r_[start, at[(at > start) & (at < end)], end]
+    load, low, high, middle = (
+        np.asarray(np.interp(at, of, values))
+        for of, values in ((x, y), (measured.x, measured.low), (measured.x, measured.high), (measured.x, measured.y))
+    )
+    gap = np.asarray(np.maximum(load - high, 0.0) + np.minimum(load - low, 0.0))
+    largest = max(float(abs(measured.y).max()), 1e-300)
+    area, wanted = _integral(load, at), _integral(middle, at)
+    found = Agreement(
+        measured.name,
+        float(start),
+        float(end),
+        _root_mean_square(gap, at) / largest,
+        area / wanted - 1.0 if wanted else 0.0,
+        float(y.max() / measured.y.max()) - 1.0 if measured.y.max() else 0.0,
+    )
+    return _in_band(found, measured, x, y) if measured.is_band else found
+
+
+def _in_band(found: Agreement, measured: Measured, x: Array, y: Array) -> Agreement:
+    """The agreement with the points of a band that the run meets, and those that it does not."""
+    met = (measured.x >= found.start) & (measured.x <= found.end * (1.0 + 1e-9))
+    at, low, high = measured.x[met], measured.low[met], measured.high[met]
+    load = np.interp(at, x, y)
+    bound = np.where(load < low, low, high)
+    away = (load - bound) / np.maximum(abs(bound), 1e-300)
+    is_inside = (low <= load) & (load <= high)
+    outside = tuple(zip(*(v[~is_inside].tolist() for v in (at, load, away)), strict=True))
+    facts = {name: getattr(found, name) for name in ("name", "start", "end", "rms", "area", "peak")}
+    return Agreement(**facts, inside=int(is_inside.sum()), points=len(at), outside=outside)
+
+
+def _root_mean_square(height: Array, along: Array) -> float:
+    """Root of the mean square of a polyline's points over their x."""
+    return float(np.sqrt(_integral(np.square(height), along) / (along[-1] - along[0])))
+
+
+def _integral(height: Array, along: Array) -> float:
+    """Area under a polyline."""
+    return float(0.5 * (height[1:] + height[:-1]) @ np.diff(along))
+
+
+def agreements(reference: Reference | None, history: Mapping[str, Array]) -> list[Agreement]:
+    """The agreement with each measured curve that has a part of x in common with the run, and with the mean of several."""
+    if reference is None:
+        return []
+    computed = reference.computed(history)
+    mean = reference.mean()
+    curves = [*reference.curves, *([] if mean is None else [mean[0]])]
+    return [found for each in curves if (found := agreement(each, *computed)) is not None]
+
+
+def question(measured: Measured, x: Array, y: Array) -> str:
+    """One sentence with the key that mends it, if a curve that names no unit is about a thousand times off a computed one,
+    or if its loads have the other sign; empty if neither."""
+    if not len(y) or not (y.any() and measured.y.any()):
+        return ""
+    own, ours = (int(abs(load).argmax()) for load in (measured.y, y))
+    pairs = (
+        ("largest load", "y", measured.y_unit, "N", ("kN", "mN", "MN"), FORCES, measured.y[own], y[ours]),
+        ("motion at the largest load", "x", measured.x_unit, "mm", ("um", "m"), LENGTHS, measured.x[own], x[ours]),
+    )
+    for what, key, said, unit, others, factors, value, wanted in pairs:
+        ratio = abs(wanted / value) if value else 0.0
+        for other in () if said else others:
+            if factors[other] / _CLOSE < ratio < factors[other] * _CLOSE:
+                return (
+                    f"its {what} is {value:.4g}, that of the run {wanted:.4g} {unit}, and no unit is named: if it is in "
+                    f"{other}, say reference.{key}_unit = '{other}'"
+                )
+    if measured.y[own] * y[ours] < 0:
+        turned = f"-{measured.y_unit or 'N'}".removeprefix("--")
+        return f"its loads have the other sign than those of the run: reference.y_unit = '{turned}' turns them"
+    return ""
+
+
+def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -> list[str]:
+    """What the summary says of the measured curves."""
+    if reference is None:
+        return []
+    computed = reference.computed(history)
+    lines, doubts = [], False
+    for each in reference.curves:
+        name = f"{reference.label} ({each.name})" if len(reference.curves) > 1 else reference.label
+        lines += [f"{name}: {note}" for note in each.notes]
+        if doubt := question(each, *computed):
+            lines.append(f"{name}: {doubt}")
+            doubts = True
+        else:
+            lines += _lines(name, each, agreement(each, *computed), reference.against)
+    mean = reference.mean()
+    if mean is not None and not doubts:
+        curve, spread = mean
+        peaks = np.array([each.y.max() for each in reference.curves])
+        lines += _lines(f"{reference.label}, {curve.name}", curve, agreement(curve, *computed), reference.against)
+        lines.append(
+            f"  between the tests: {100 * _root_mean_square(spread, curve.x) / max(abs(curve.y).max(), 1e-300):.1f} % of the "
+            f"mean's peak (standard deviation), peaks {peaks.mean():.5g} +- {peaks.std(ddof=1):.4g} N"
+        )
+    return lines
+
+
+def _lines(name: str, measured: Measured, found: Agreement | None, against: str) -> list[str]:
+    if found is None:
+        return [f"{name}: it and the run have no {against} in common, it begins at {measured.x[0]:.4g} mm"]
+    if measured.is_band:
+        return [f"{name}: {found.inside} of {found.points} points inside the band"] + [
+            f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
+            for x, y, away in found.outside
+        ]
+    return [
+        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {_signed(found.area)}, peak {_signed(found.peak)}, "
+        f"over {against} from {found.start:.3g} to {found.end:.3g} mm"
+    ]
+
+
+def _signed(part: float) -> str:
+    """A part in percent with its sign, none for zero."""
+    percent = round(100 * part, 1)
+    return f"{percent:+.1f} %" if percent else "0.0 %"
+
+
+def agreement_facts(reference: Reference | None, history: Mapping[str, Array]) -> dict[str, Any] | None:
+    """What run.json says of the measured curves."""
+    if reference is None:
+        return None
+    computed = reference.computed(history)
+    return {
+        "against": reference.against,
+        "curves": [asdict(each) for each in agreements(reference, history)],
+        "notes": [f"{each.name}: {note}" for each in reference.curves for note in each.notes],
+        "questions": [f"{each.name}: {doubt}" for each in reference.curves if (doubt := question(each, *computed))],
+    }
