@@ -123,12 +123,14 @@ class Probe:
     ----------
     tip : Point
     heading : of the path there, radians
+    radius : length of the rays, mm
     operator : (3 (len(RAYS) + 1), d m) matrix: displacements to the stresses of a `Reading`
     inside : (len(RAYS),) part of each ray that lies within the body
     """
 
     tip: Point
     heading: float
+    radius: float
     operator: sp.csr_array
     inside: Array
 
@@ -152,7 +154,7 @@ class Probe:
             mean[i, i * _ON_RAY : (i + 1) * _ON_RAY] = row / max(whole, 1e-300)
         mean[-1] = (ahead / max(float(ahead.sum()), 1e-300)).ravel()
         operator = sp.vstack([sp.csr_array(mean) @ points @ part for part in stress.operator]).tocsr()
-        return cls(tip, heading, operator, inside.reshape(len(RAYS), -1).mean(axis=1))
+        return cls(tip, heading, radius, operator, inside.reshape(len(RAYS), -1).mean(axis=1))
 
     @property
     def nothing(self) -> Reading:
