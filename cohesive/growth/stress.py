@@ -16,8 +16,8 @@ from meshing.paths import Point
 from ..arrays import Array, Index
 from ..elements.bulk import ELEMENTS, ElasticBlock
 
-#: angles of the rays from the heading of a crack, radians
-RAYS = np.radians(np.arange(-110.0, 110.1, 2.5))
+#: angles of the rays from the heading of a crack, radians; none lies on the path, whose two sides have stresses of their own
+RAYS = np.radians(np.arange(-111.25, 111.3, 2.5))
 
 #: points along a ray
 _ON_RAY = 16
@@ -26,7 +26,7 @@ _ON_RAY = 16
 _SMOOTHING = np.radians(10.0)
 
 #: a direction means nothing if the hoop stress so far off it, radians, is lower by less than this part of it
-_APART, _CONTRAST = np.radians(45.0), 0.05
+_APART, _CONTRAST = np.radians(45.0), 0.08
 
 #: nor if it is farther than this from that across the major principal stress, radians; a singular field makes up to 22 degrees
 _DISPUTED = np.radians(30.0)
