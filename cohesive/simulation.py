@@ -10,6 +10,7 @@ from pathlib import Path
 from .errors import Interrupted, NotConverged, SceneError
 from .model.build import build
 from .results.files import HistoryWriter
+from .results.record import Record
 from .results.result import Result
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
@@ -54,22 +55,29 @@ def run(
     reference = load_reference(scene)
     built = build(scene, tangent)
     notes = list(built.notes)
-    done: list[tuple[dict[str, float], State]] = []
+    record = Record(built.problem, scene.output.frames)
     clock = time.perf_counter()
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference)
+        return Result(scene, built, record, notes + stopped, reference)
+
+    def observed(state: State) -> dict[str, float]:
+        return built.record(state) | built.crack_lengths(state)
+
+    def keep(row: dict[str, float], state: State) -> None:
+        record.append(row, state)
+        writer.write(row)
 
     with HistoryWriter(output, [column.name for column in built.columns]) as writer:
         try:
             built = replace(built, problem=under_dead_loads(built.problem))
+            keep(_first_row(observed(built.problem.initial())), built.problem.initial())
             for step in March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes):
-                record = built.record(step.equilibrium.state) | built.crack_lengths(step.equilibrium.state)
-                row = _row(len(done) + 1, step, record, time.perf_counter() - clock)
-                done.append((row, step.equilibrium.state))  # both or, if an interruption comes between, none
-                writer.write(row)
+                state = step.equilibrium.state
+                row = _row(record.rows, step, observed(state), time.perf_counter() - clock)
+                keep(row, state)
                 if on_step is not None:
                     on_step(step, row)
         except (NotConverged, SceneError) as error:
@@ -80,6 +88,11 @@ def run(
             interrupted.result = result(str(error) or "interrupted")
             raise interrupted from error
     return result()
+
+
+def _first_row(record: dict[str, float]) -> dict[str, float]:
+    """The row of the history before the first step."""
+    return {"step": 0, **record, "iterations": 0, "cuts": 0, "residual": 0.0, "wall_time": 0.0, "stage": 1}
 
 
 def _row(number: int, step: Step, record: dict[str, float], wall_time: float) -> dict[str, float]:
