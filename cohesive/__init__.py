@@ -10,12 +10,14 @@ if TYPE_CHECKING:
     from .law.concrete import Concrete
     from .law.crack_plane import CrackPlane
     from .law.softening import register_softening
+    from .model.prepared import prepare
     from .results.result import Result
     from .scenes.scene import Scene
-    from .simulation import run
+    from .simulation import resume, run
     from .solver.controls import register_control
     from .studies.accuracy import settings_for
     from .studies.compare import Comparison, compare
+    from .studies.sweep import sweep
     from .studies.trade import trade
 
 __all__ = [
@@ -27,11 +29,14 @@ __all__ = [
     "Scene",
     "SceneError",
     "compare",
+    "prepare",
     "register_control",
     "register_softening",
     "register_specimen",
+    "resume",
     "run",
     "settings_for",
+    "sweep",
     "trade",
 ]
 
@@ -45,11 +50,14 @@ _HOME = {
     "Scene": "scenes.scene",
     "SceneError": "errors",
     "compare": "studies.compare",
+    "prepare": "model.prepared",
     "register_control": "solver.controls",
     "register_softening": "law.softening",
     "register_specimen": "meshing.specimens",
+    "resume": "simulation",
     "run": "simulation",
     "settings_for": "studies.accuracy",
+    "sweep": "studies.sweep",
     "trade": "studies.trade",
 }
 

@@ -8,10 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from .errors import Interrupted, NotConverged, SceneError
+from .growth.found import FoundPath
+from .growth.search import find_path, found_scene
 from .model.build import build
+from .model.model import Model
+from .model.prepared import Prepared
+from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
 from .results.record import Record
 from .results.result import Result
+from .scenes.measured import Reference
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.march import March, Step, under_dead_loads
@@ -20,7 +26,7 @@ from .solver.problem import State
 
 def run(
     scene: Scene,
-    model: str | None = None,
+    model: str | Prepared | None = None,
     output: str | Path | None = None,
     on_step: Callable[[Step, dict[str, float]], None] | None = None,
     tangent: str = "consistent",
@@ -30,7 +36,8 @@ def run(
     Parameters
     ----------
     scene : Scene
-    model : overrides the scene's model.kind.
+    model : overrides the scene's model.kind; or what `prepare` made of a scene that differs in the law, the modulus and the
+        stages only, whose mesh and condensed stiffness serve again.
     output : folder whose history.csv grows row by row during the run; `Result.save` writes the rest.
     on_step : called after every converged step with it and its row of the history.
     tangent : "consistent", or "secant" to see what Newton's method is worth: a step may then take 1000 iterations.
@@ -50,43 +57,97 @@ def run(
         raise TypeError(f"run(scene) got {scene!r}: expected a Scene, as from Scene.load(name)")
     if tangent not in ("consistent", "secant"):
         raise ValueError(f"tangent = {tangent!r}: expected 'consistent' or 'secant'")
-    if model is not None:
+    if isinstance(model, Prepared):
+        scene = model.scene_of(scene)
+    elif model is not None:
         scene = scene.with_(**{"model.kind": model})
+    found = None if scene.grow is None else find_path(scene)
+    if found is not None:
+        scene = found_scene(scene, found)
     reference = load_reference(scene)
-    built = build(scene, tangent)
-    notes = list(built.notes)
-    record = Record(built.problem, scene.output.frames)
-    clock = time.perf_counter()
+    built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent)
+    return _march(scene, built, reference, tangent, output, on_step, found=found)
+
+
+def resume(folder: str | Path, on_step: Callable[[Step, dict[str, float]], None] | None = None) -> Result:
+    """Go on with a run that was killed or interrupted, from its last checkpoint: the history is that of a run that was not.
+
+    Parameters
+    ----------
+    folder : `output` of that run, which is written on. Its checkpoint is a pickle: resume what you trust.
+    on_step : see `run`
+
+    Raises
+    ------
+    SceneError
+        If there is nothing to resume; else as `run`.
+    """
+    last = Checkpoint.read(Path(folder))
+    built = build(last.scene, last.tangent)
+    return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, on_step, last)
+
+
+def _march(
+    scene: Scene,
+    built: Model,
+    reference: Reference | None,
+    tangent: str,
+    output: str | Path | None,
+    on_step: Callable[[Step, dict[str, float]], None] | None,
+    last: Checkpoint | None = None,
+    found: FoundPath | None = None,
+) -> Result:
+    """Take a model through the stages of its scene, from the beginning or from a checkpoint."""
+    notes = [*([] if found is None else found.notes), *built.notes]
+    done = [] if last is None else last.done
+    record = Record(built.problem, scene.output.frames, done)
+    unsaved: list[Done] = []  # rows since the last checkpoint
+    clock = time.perf_counter() - (done[-1][0]["wall_time"] if done else 0.0)
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, record, notes + stopped, reference)
+        return Result(scene, built, record, notes + stopped, reference, found)
 
     def observed(state: State) -> dict[str, float]:
         return built.record(state) | built.crack_lengths(state)
 
     def keep(row: dict[str, float], state: State) -> None:
         record.append(row, state)
+        unsaved.append((row, state))
         writer.write(row)
 
-    with HistoryWriter(output, [column.name for column in built.columns]) as writer:
-        try:
+    try:
+        with HistoryWriter(output, [column.name for column in built.columns]) as writer:
+            for row, _ in done:
+                writer.write(row)
             built = replace(built, problem=under_dead_loads(built.problem))
-            keep(_first_row(observed(built.problem.initial())), built.problem.initial())
-            for step in March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes):
-                state = step.equilibrium.state
-                row = _row(record.rows, step, observed(state), time.perf_counter() - clock)
-                keep(row, state)
-                if on_step is not None:
-                    on_step(step, row)
-        except (NotConverged, SceneError) as error:
-            error.result = result(str(error))
-            raise
-        except KeyboardInterrupt as error:
-            interrupted = Interrupted(*error.args)
-            interrupted.result = result(str(error) or "interrupted")
-            raise interrupted from error
+            march = March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes)
+            if last is not None:
+                march = last.march_on(built) or march
+                notes = march.notes
+            with CheckpointWriter(output, scene, tangent, built, last) as checkpoints:
+                first = observed(built.problem.initial())  # with the crack's lengths, which leave a factorization behind
+                built.problem.stiffness.forget()
+                if not record.rows:
+                    keep(_first_row(first), built.problem.initial())
+                for step in march:
+                    state = step.equilibrium.state
+                    row = _row(record.rows, step, observed(state), time.perf_counter() - clock)
+                    keep(row, state)
+                    if on_step is not None:
+                        on_step(step, row)
+                    if row["step"] % EVERY == 0:
+                        built.problem.stiffness.forget()  # with or without a file, so that a resumed run is the same
+                        checkpoints.write(unsaved, march)
+                        unsaved.clear()
+    except (NotConverged, SceneError) as error:
+        error.result = result(str(error))
+        raise
+    except KeyboardInterrupt as error:
+        interrupted = Interrupted(*error.args)
+        interrupted.result = result(str(error) or "interrupted")
+        raise interrupted from error
     return result()
 
 

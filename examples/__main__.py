@@ -22,6 +22,8 @@ EXAMPLES = (
     "which_curve",
     "fibre_concrete",
     "shear_and_pull",
+    "laboratory",
+    "measured_deflection",
     "accuracy",
     "sandwich_panel",
     "reinhardt",

@@ -87,7 +87,7 @@ def _mesh_faces(
         segments = [ends for strip in strips for ends in zip(strip.path[:-1], strip.path[1:], strict=True)]
         curves = [c for tag, (a, b) in zip(tags, segments, strict=True) for c in _divide_face(gmsh, tag, a, b, sizes, width)]
         set_sizes(gmsh, curves, sizes, 1.0)
-        generate(gmsh, sizes)
+        generate(gmsh, sizes.order)
         mesh = collect(gmsh, [(2, tag) for tag in tags])
     bulk, rows = mesh.cells[:-n_faces], mesh.cells[-n_faces:]
     band = np.concatenate([_in_order(mesh.points, row.data, a, b) for row, (a, b) in zip(rows, segments, strict=True)])

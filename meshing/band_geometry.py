@@ -158,7 +158,7 @@ def _end_on_edge(outline: Outline, i: int, end: Array, lean: float, width: float
 
 
 def _opened(outline: Outline, slit: Line, strip: Strip, end: int, width: float, slack: float) -> Outline:
-    """The body with a slit opened to the end of a row; a named point at its mouth becomes the two corners there."""
+    """The body with a slit opened to the end of a row; a named point on it becomes those on both sides."""
     tip = strip.path[end]
     mouth = np.array(max(slit, key=lambda p: math.dist(p, tip)), dtype=float)
     at = [i for i, (a, b) in enumerate(_edges(outline.corners)) if _on(mouth, a, b, slack)]
@@ -179,11 +179,17 @@ def _opened(outline: Outline, slit: Line, strip: Strip, end: int, width: float, 
             f"{width * room / reach:g}",
         )
     notch = [mouth - reach * along, tip - half * across, tip + half * across, mouth + reach * along]
-    nodes: dict[str, Sequence[Point]] = {}
+    nodes: dict[str, list[Point]] = {}
     for name, group in outline.nodes.items():
-        nodes[name] = [
-            q for p in group for q in ((_point(notch[0]), _point(notch[-1])) if math.dist(p, mouth) < slack else (p,))
-        ]
+        nodes[name] = []
+        for p in group:
+            depth = float((p - mouth) @ inward)
+            if abs((p - mouth) @ across) > slack or not -slack < depth < math.dist(tip, mouth) - slack:
+                nodes[name].append(p)
+            elif depth < slack:
+                nodes[name] += [_point(notch[0]), _point(notch[-1])]
+            else:
+                nodes[name] += [_point(mouth + depth * inward + side * half * across) for side in (-1.0, 1.0)]
         for p in nodes[name]:
             if abs((p - mouth) @ across) < half - slack and (p - mouth) @ inward < math.dist(tip, mouth) - slack:
                 raise MeshError(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .paths import SLACK, Line, Point
+from .paths import SLACK, Line, Point, nodes_on_segment
 
 
 @dataclass(frozen=True)
@@ -40,3 +40,9 @@ class Outline:
     def slack(self) -> float:
         """Distance below which two points are one, mm."""
         return SLACK * float(np.ptp(np.array(self.corners, dtype=float), axis=0).max())
+
+    def has_on_face(self, point: Point) -> bool:
+        """Whether a point lies on the outer face."""
+        at = np.array([point], dtype=float)
+        ends = zip(self.corners, [*self.corners[1:], self.corners[0]], strict=True)
+        return any(bool(nodes_on_segment(at, a, b, self.slack)[0]) for a, b in ends)

@@ -103,7 +103,7 @@ def _drive(specimen: Specimen, mesh: CrackedMesh, drive: Drive) -> list[Constrai
     if drive.shear is not None:
         motions.append(motion(drive.at, drive.shear, None, None))
     elif drive.against is not None:
-        motions.append(motion(drive.against, drive.direction, drive.lever, drive.holds_jumps))
+        motions.append(motion(drive.against, drive.against_direction or drive.direction, drive.lever, drive.holds_jumps))
     return motions
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,6 +28,7 @@ class Model:
     band : the elements that may crack, in the smeared model
     cracks : CrackPart
     lengths : CrackLengths
+    forces : further forces by name, as multiples of the load
     problem : Problem on the active unknowns
     condensation : Condensation
     total_dofs : number of all unknowns
@@ -39,6 +41,7 @@ class Model:
     band: list[ElasticBlock]
     cracks: CrackPart
     lengths: CrackLengths
+    forces: Mapping[str, float]
     problem: Problem
     condensation: Condensation
     total_dofs: int
@@ -74,7 +77,7 @@ class Model:
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the history of its runs."""
-        return columns_of(self.problem.measures, self.problem.loading.names)
+        return columns_of(self.problem.measures, self.problem.loading.names, self.forces)
 
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""
@@ -91,7 +94,9 @@ class Model:
             "stored": state.stored,
             "dissipated": state.dissipated,
             "contact_work": state.contact_work,
+            "released": state.released,
             **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
+            **{name: factor * state.load for name, factor in self.forces.items()},
             **self._of_drives(state),
         }
 

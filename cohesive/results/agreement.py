@@ -152,7 +152,7 @@ def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -
         lines += _lines(f"{reference.label}, {curve.name}", curve, agreement(curve, *computed), reference.against)
         lines.append(
             f"  between the tests: {100 * _root_mean_square(spread, curve.x) / max(abs(curve.y).max(), 1e-300):.1f} % of the "
-            f"mean's peak (standard deviation), peaks {peaks.mean():.5g} +- {peaks.std(ddof=1):.2g} N"
+            f"mean's peak (standard deviation), peaks {peaks.mean():.5g} +- {peaks.std(ddof=1):.4g} N"
         )
     return lines
 

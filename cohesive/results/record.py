@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -83,18 +83,21 @@ class Record:
     ----------
     problem : Problem, whose drives tell the way that is gone
     frames : number of frames that will be asked for.
+    done : rows and states with which it begins.
 
     Attributes
     ----------
     states : States
     """
 
-    def __init__(self, problem: Problem, frames: int = 0) -> None:
+    def __init__(self, problem: Problem, frames: int = 0, done: Iterable[tuple[dict[str, float], State]] = ()) -> None:
         self.states = States(frames)
         self._problem = problem
         self._columns: dict[str, array[float] | array[int]] = {}
         self._way = array("d")
         self._motions: Array | None = None  # of the drives in the last row
+        for row, state in done:
+            self.append(row, state)
 
     def append(self, row: dict[str, float], state: State) -> None:
         """Add a row of the history with its state; wholly or, if an interruption comes between, not at all."""

@@ -27,8 +27,8 @@ class Result(RunData):
         return summary(self)
 
     def save(self, folder: str | Path) -> None:
-        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json, and copies
-        of the files that the scene names in inputs.
+        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json, copies of the files
+        that the scene names in inputs, and path.csv and path.png, if the crack path was looked for.
 
         Each file is written under a temporary name and then renamed. Pictures and frames of an earlier run into the same
         folder are replaced.
@@ -40,6 +40,7 @@ class Result(RunData):
             files are there then.
         """
         from .figures import write_figures  # with matplotlib, which is slow to import
+        from .path_files import write_found
 
         clock = time.perf_counter()
         folder = Path(folder)
@@ -53,6 +54,7 @@ class Result(RunData):
         write_history(self, folder)
         write_figures(self, folder)
         write_frames(self, folder)
+        write_found(self, folder)
         self.timings["output"] = time.perf_counter() - clock
         write_run(self, folder)
         write_scene(self.scene, copied, folder)  # last: a curve of the user's own may not be saved

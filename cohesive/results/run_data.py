@@ -14,6 +14,7 @@ from .frames import Frame, frame_of
 from .pickling import without_factors
 
 if TYPE_CHECKING:
+    from ..growth.found import FoundPath
     from ..model.model import Model
     from ..scenes.measured import Reference
     from ..scenes.scene import Scene
@@ -35,6 +36,7 @@ class RunData:
     way : (rows,) array, length of the way that the drives have gone, mm
     notes : list of remarks on how the stages ended
     reference : Reference or None
+    found : FoundPath, if the crack path was looked for
     timings : seconds: mesh, assemble, condense, newton and, after `save`, output
     """
 
@@ -45,12 +47,13 @@ class RunData:
         record: Record,
         notes: list[str],
         reference: Reference | None,
+        found: FoundPath | None = None,
     ) -> None:
         self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
         own = record.history
         self.history: dict[str, Array] = {column.name: own.get(column.name, np.zeros(0)) for column in model.columns}
         self.timings = model.timings | {"output": 0.0}
-        self.states = record.states
+        self.states, self.found = record.states, found
         self.way = record.way
         self._displacements: dict[int, Array] | None = None  # of all rows with a state, in a result from a pickle
         self._added_compliance: float | None = None
@@ -67,6 +70,16 @@ class RunData:
     def steps(self) -> int:
         """Number of converged steps."""
         return max(len(self.history["step"]) - 1, 0)
+
+    @property
+    def paths(self) -> list[Array]:
+        """Crack paths, a (k, 2) polyline each, mm; none for a crack that no path describes."""
+        return [np.array(line) for line in self.scene.specimen.paths]
+
+    @property
+    def path(self) -> Array:
+        """The crack path, the first one if there are several: (k, 2), mm; (0, 2) if there is none."""
+        return next(iter(self.paths), np.empty((0, 2)))
 
     @property
     def peak_row(self) -> int:
@@ -103,7 +116,7 @@ class RunData:
         h = self.history
         if not self.steps:
             return 0.0
-        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
+        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"] - h["released"]
         return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
 
     @property

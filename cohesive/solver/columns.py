@@ -45,6 +45,7 @@ COLUMNS = (
     Column("stored", "N mm", "energy stored on the cracks, given back on unloading", watched=True),
     Column("dissipated", "N mm", "energy that damage has dissipated so far", watched=True),
     Column("contact_work", "N mm", "work of the contact tractions so far", watched=True),
+    Column("released", "N mm", "energy that snaps of the crack have set free so far"),
     Column("cohesive_length", "mm", "length of the crack path that is damaged and keeps more than 1 % of ft"),
     Column(
         "effective_length",
@@ -65,10 +66,11 @@ COLUMN_NAMES = tuple(column.name for column in COLUMNS)
 LOAD_RATIO = "load_ratio"
 
 
-def columns_of(gauges: Iterable[str], drives: Sequence[str] = ()) -> tuple[Column, ...]:
-    """All columns of a run: those of every run, one for each further gauge and, of several drives, two for each."""
+def columns_of(gauges: Iterable[str], drives: Sequence[str] = (), forces: Iterable[str] = ()) -> tuple[Column, ...]:
+    """All columns of a run: those of every run, one for each further gauge and force and, of several drives, two for each."""
     motions = (Column(name, "mm", f"motion that the gauge {name} measures", True, True) for name in gauges)
     further = [column for column in motions if column.name not in COLUMN_NAMES]
+    further += [Column(name, "N", f"{name.replace('_', ' ')}, in proportion to the load", True, True) for name in forces]
     for name in drives if len(drives) > 1 else ():
         further.append(Column(f"load.{name}", "N", f"force of the drive {name}", True, True))
         further.append(Column(f"driven.{name}", "mm", f"motion of the drive {name}", True, True))

@@ -86,7 +86,7 @@ class NotchedBeam(PlaneSpecimen):
         return points
 
     @property
-    def _loaded(self) -> list[Point]:
+    def loaded(self) -> list[Point]:
         """Points that the load moves."""
         return [(0.0, self.depth)]
 
@@ -95,7 +95,7 @@ class NotchedBeam(PlaneSpecimen):
         a, b, x, w = self.length / 2, self.depth, self.notch_position, self.notch_width / 2
         if half:
             corners: list[Point] = [(-a, 0.0), (-w, 0.0), (-w, self.notch), (0.0, self.notch), (0.0, b), (-a, b)]
-            named = {"support_left": [(-self.span / 2, 0.0)], "load": self._loaded, **self._measured}
+            named = {"support_left": [(-self.span / 2, 0.0)], "load": self.loaded, **self._measured}
             points = {name: [p for p in group if p[0] <= 0] for name, group in named.items() if name != "gauge_minus"}
             return Outline(without_repeats(corners), self.paths, (), points, half=True)
         outline: list[Point] = [(a, 0), (a, b), (-a, b), (-a, 0)]
@@ -107,7 +107,7 @@ class NotchedBeam(PlaneSpecimen):
         nodes: dict[str, Sequence[Point]] = {
             "support_left": [(-self.span / 2, 0.0)],
             "support_right": [(self.span / 2, 0.0)],
-            "load": self._loaded,
+            "load": self.loaded,
             **self._measured,
         }
         return Outline(outline, self.paths, slits, nodes)
@@ -137,4 +137,4 @@ class NotchedBeam(PlaneSpecimen):
 
     def symmetry(self) -> Direction | None:
         """The mid-span plane, if the notch and the path lie in it."""
-        return (1.0, 0.0) if self.notch_position == 0.0 and not self.crack else None
+        return (1.0, 0.0) if self.notch_position == 0.0 and all(x == 0.0 for line in self.paths for x, _ in line) else None

