@@ -122,10 +122,9 @@ def _march(
             for row, _ in done:
                 writer.write(row)
             built = replace(built, problem=under_dead_loads(built.problem))
-            march = March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes)
-            if last is not None:
-                march = last.march_on(built) or march
-                notes = march.notes
+            march = None if last is None else last.march_on(built)
+            march = march or March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes)
+            notes = march.notes
             with CheckpointWriter(output, scene, tangent, built, last) as checkpoints:
                 first = observed(built.problem.initial())  # with the crack's lengths, which leave a factorization behind
                 built.problem.stiffness.forget()
