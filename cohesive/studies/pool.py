@@ -48,7 +48,7 @@ def run_all(scenes: Iterable[Scene], executor: Executor | None = None) -> Iterat
                 try:
                     result = future.result()
                 except NotConverged as error:
-                    if not isinstance(error.result, Result) or not error.result.states:
+                    if not isinstance(error.result, Result) or not error.result.steps:
                         raise
                     result = error.result
                 yield result
