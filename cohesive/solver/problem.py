@@ -220,7 +220,7 @@ class Problem:
         dead = self.loading.drives.get(DEAD)
         return None if dead is None else int(self.drives[dead.motions[0]])
 
-    def work(self, start: State, now: Guess) -> float:
+    def work(self, start: Guess, now: Guess) -> float:
         """Work of all loads from one state to another, by the trapezoidal rule, N mm."""
         change = now.v - start.v
         work = 0.0 if self.loading.active == DEAD else 0.5 * (start.load + now.load) * float(self.drive @ change)

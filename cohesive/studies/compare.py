@@ -107,7 +107,7 @@ def compare(
         except (NotConverged, SceneError, Interrupted) as error:
             error.finished = results
             stopped = error.result
-            if not isinstance(error, NotConverged) or not isinstance(stopped, Result) or not stopped.states:
+            if not isinstance(error, NotConverged) or not isinstance(stopped, Result) or not stopped.steps:
                 raise
             result = stopped
         except MeshError as error:
