@@ -1,7 +1,7 @@
 """A path that is found: which way does a crack go, and who leads it?
 
-Three pictures. The built-in beam with its notch 18 mm off mid-span, as in `crack_that_bends`, but with crack = "grow": the path
-is found segment by segment, from the stress ahead of the tip in the state in which the tip is due. Beside it the smeared
+Three pictures. The built-in beam with its notch 18 mm off mid-span, as in `crack_that_bends`, but with crack = "grow": the
+path is found segment by segment, from the stress ahead of the tip in the state in which the tip is due. Beside it the smeared
 model of the same beam, in which a crack may form in every element (band.where = "everywhere"): its open planes are drawn
 on the found path. Then a beam with two notches side by side, from each of which a crack grows.
 
@@ -88,7 +88,8 @@ def main(size: float = 1.0, plot: Path | None = None) -> Found:
     )
     straight = run(beam)
     grown = run(beam.with_(**{"specimen.crack": "grow"}))
-    smeared = run(grown.scene.with_(**{"model.kind": "smeared", "band.where": "everywhere", "mesh.order": 2}))
+    changes = {"model.kind": "smeared", "band.where": "everywhere", "mesh.crack_size": 2.5 * size, "stage.0.steps": 20}
+    smeared = run(grown.scene.with_(**changes, **{"mesh.shape": "quad", "stage.0.to": 0.1}))
     pair = run(two_notches(size))
     assert grown.found is not None
     where, along = open_planes(smeared)
