@@ -27,8 +27,8 @@ class Result(RunData):
         return summary(self)
 
     def save(self, folder: str | Path) -> None:
-        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json, and copies
-        of the files that the scene names in inputs; path.csv and path.png, if the crack path was looked for.
+        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json, copies of the files
+        that the scene names in inputs, and path.csv and path.png, if the crack path was looked for.
 
         Each file is written under a temporary name and then renamed. Pictures and frames of an earlier run into the same
         folder are replaced.
