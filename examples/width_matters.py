@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.results.figures import draw_reference, new_figure, save
 from examples.command import command
 
 WIDTHS = ("h", 10.0, 2.0, 0.25)
@@ -44,10 +44,15 @@ class Row:
 def measured(result: Result) -> Row:
     """The row of a run."""
     opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
-    assert result.reference is not None
-    inside = sum(point[3] for point in result.reference.check(opening, load))
     early = float(np.interp(EARLY, opening, load))
-    return Row(result.model.cracks.width, early, result.peak_load, result.opening_at_peak, inside, result.added_compliance())
+    return Row(
+        result.model.cracks.width,
+        early,
+        result.peak_load,
+        result.opening_at_peak,
+        result.agreement[0].inside,
+        result.added_compliance(),
+    )
 
 
 def main(size: float = 1.0, plot: Path | None = None) -> list[Row]:
@@ -74,13 +79,10 @@ def main(size: float = 1.0, plot: Path | None = None) -> list[Row]:
 
 def _draw(results: list[Result], rows: list[Row], path: Path) -> None:
     reference = results[0].reference
-    assert reference is not None
     figure = new_figure(10.0, 4.4)
     whole, start = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
     for axes in (whole, start):
-        axes.fill_between(reference.opening, reference.load_min, reference.load_max, color="0.85", label="measured band")
-        for bound in (reference.load_min, reference.load_max):
-            axes.plot(reference.opening, bound, ".", color="0.6", markersize=4)
+        draw_reference(axes, reference)
         for i, (result, row) in enumerate(zip(results, rows, strict=True)):
             opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
             label = f"w = {row.width:g} mm{' = h' if i == 0 else ''}, peak {row.peak:.0f} N"

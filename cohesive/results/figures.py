@@ -19,7 +19,7 @@ from .frames import Frame
 from .solid_figures import draw_body, draw_crack
 
 if TYPE_CHECKING:
-    from ..scenes.reference import Reference
+    from ..scenes.measured import Reference
     from .run_data import RunData
 
 #: corners of the bulk cells
@@ -77,15 +77,17 @@ def abscissa(data: RunData) -> tuple[str, Array, Array]:
 
 
 def draw_reference(axes: Axes, reference: Reference | None) -> None:
-    """The measured curve or band that the scene names."""
-    if reference is not None:
-        if np.array_equal(reference.load_min, reference.load_max):
-            axes.plot(reference.opening, reference.load_min, "o", color="0.6", label=reference.label)
-        else:
-            band = axes.fill_between(reference.opening, reference.load_min, reference.load_max, color="0.85")
+    """The measured curves or bands that the scene names."""
+    if reference is None:
+        return
+    for each in reference.curves:
+        if each.is_band:
+            band = axes.fill_between(each.x, each.low, each.high, color="0.85")
             band.set_label(f"{reference.label}, band")
-            for bound in (reference.load_min, reference.load_max):
-                axes.plot(reference.opening, bound, ".", color="0.6", markersize=4)
+            for bound in (each.low, each.high):
+                axes.plot(each.x, bound, ".", color="0.6", markersize=4)
+        else:
+            axes.plot(each.x, each.y, "o", color="0.6", label=reference.label)
 
 
 def save_deformed(data: RunData, path: Path) -> None:

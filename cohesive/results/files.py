@@ -23,6 +23,7 @@ from ..errors import ParameterError, SceneError
 from ..law.softening_choice import softening_data
 from ..scenes.scene import dump_toml
 from ..solver.columns import COLUMN_NAMES
+from .agreement import agreement_facts
 from .frames import frame_mesh
 
 if TYPE_CHECKING:
@@ -187,5 +188,6 @@ def _facts(data: RunData) -> dict[str, Any]:
         "steps": len(data.states),
         "iterations": data.iterations,
         "timings": data.timings,
+        "reference": agreement_facts(data.reference, data.agreement),
         "versions": {"python": platform.python_version()} | {name: package_version(name) for name in packages},
     }

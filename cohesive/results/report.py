@@ -10,6 +10,7 @@ import numpy as np
 from ..elements.bulk import ElasticBlock
 from ..elements.rotations import major_stress
 from ..law.softening_choice import softening_name
+from .agreement import agreement_lines
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -46,7 +47,7 @@ def summary(data: RunData) -> str:
         _crack_line(data),
         f"steps: {len(h['step'])}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
-    return "\n".join(lines + _reference_lines(data))
+    return "\n".join(lines + agreement_lines(data.reference, data.agreement))
 
 
 def _full_energy(data: RunData) -> str:
@@ -57,18 +58,6 @@ def _full_energy(data: RunData) -> str:
     rest = f"{100 * left:.1f} % is left" if left >= 0 else "sliding takes more, and contact returns some of it"
     width = "l_ch" if data.model.is_smeared else "w"
     return f" of {data.full_energy:.5g} N mm = (Gf + ft^2 {width} / 2E) x crack area; {rest}"
-
-
-def _reference_lines(data: RunData) -> list[str]:
-    """How many measured points the run meets, and those that it does not."""
-    if data.reference is None:
-        return []
-    checks = data.reference.check(data.history["opening"], data.history["load"])
-    return [f"{data.reference.label}: {sum(c[3] for c in checks)} of {len(checks)} points inside the band"] + [
-        f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
-        for x, y, away, inside in checks
-        if not inside
-    ]
 
 
 def warnings(data: RunData) -> list[str]:

@@ -10,12 +10,13 @@ from meshing.paths import along_paths
 
 from ..arrays import Array
 from ..solver.columns import COLUMN_NAMES
+from .agreement import Agreement, agreements
 from .frames import Frame, frame_of
 from .pickling import without_factors
 
 if TYPE_CHECKING:
     from ..model.model import Model
-    from ..scenes.reference import Reference
+    from ..scenes.measured import Reference
     from ..scenes.scene import Scene
     from ..solver.problem import Problem, State
 
@@ -100,6 +101,11 @@ class RunData:
             return 0.0
         error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
         return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
+
+    @property
+    def agreement(self) -> list[Agreement]:
+        """How far the run lies from each measured curve of its scene; empty without one."""
+        return agreements(self.reference, self.history)
 
     @property
     def iterations(self) -> int:

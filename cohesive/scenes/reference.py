@@ -1,36 +1,14 @@
-"""Measured curves that a scene names, and how far a run lies from them."""
+"""The measured curves that a scene names, read from their files."""
 
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
 from ..errors import SceneError
+from .measured import Measured, Reference, rising
 from .scene import Scene
-
-
-@dataclass(frozen=True)
-class Reference:
-    """A measured curve or band: opening (n,), load_min (n,), load_max (n,)."""
-
-    label: str
-    opening: Array
-    load_min: Array
-    load_max: Array
-
-    def check(self, opening: Array, load: Array) -> list[tuple[float, float, float, bool]]:
-        """(opening, load, distance as a part of the nearer bound, inside) at each measured point that the run reached."""
-        rows = []
-        for x, low, high in zip(self.opening, self.load_min, self.load_max, strict=True):
-            if x > opening.max() * (1.0 + 1e-9):
-                continue
-            y = float(np.interp(x, np.r_[0.0, opening], np.r_[0.0, load]))
-            away = (y - low) / low if y < low else (y - high) / high if y > high else 0.0
-            rows.append((float(x), y, float(away), low <= y <= high))
-        return rows
 
 
 def load_reference(scene: Scene) -> Reference | None:
@@ -60,4 +38,6 @@ def load_reference(scene: Scene) -> Reference | None:
         if isinstance(error, SceneError):
             raise
         raise SceneError(f"{key}: cannot be read as a CSV of numbers: {error}") from None
-    return Reference(scene.reference.label, columns["opening"], low, high)
+    x, low = rising(columns["opening"], low)
+    _, high = rising(columns["opening"], high)
+    return Reference(scene.reference.label, "opening", (Measured(path.name, x, low, high, "load" not in columns),))

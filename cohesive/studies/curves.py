@@ -1,4 +1,4 @@
-"""Load over opening: how far two computed curves lie apart, and how far one lies from a measured one."""
+"""Load over opening: how far two computed curves lie apart."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from ..arrays import Array
 
 if TYPE_CHECKING:
     from ..results.run_data import RunData
-    from ..scenes.reference import Reference
 
 
 @dataclass(frozen=True)
@@ -46,19 +45,6 @@ def curve_of(data: RunData) -> Curve:
     """The curve of a run."""
     opening, load, work = (np.r_[0.0, data.history[name]] for name in ("opening", "load", "work"))
     return Curve(opening, load, work, np.r_[0.0, data.platen_path] if data.drives_both_ways else None)
-
-
-def residuals(curve: Curve, reference: Reference) -> Array:
-    """Load of a curve at the openings of a measured one, less the measured load, (k,), N.
-
-    Inside a measured band the residual is 0, outside it is the distance from the nearer bound. If a curve goes back, the
-    load counts with which it reaches an opening first. Beyond its end its last load counts: all curves have as many
-    residuals against one reference, as a least-squares fit needs.
-    """
-    furthest = np.maximum.accumulate(curve.opening)
-    first = np.diff(furthest, prepend=-np.inf) > 0
-    load = np.interp(reference.opening, curve.opening[first], curve.load[first])
-    return np.asarray(np.maximum(load - reference.load_max, 0.0) + np.minimum(load - reference.load_min, 0.0))
 
 
 @dataclass(frozen=True)
