@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from .errors import Interrupted, NotConverged, SceneError
@@ -12,7 +13,7 @@ from .results.files import HistoryWriter
 from .results.result import Result
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
-from .solver.march import March, Step
+from .solver.march import March, Step, under_dead_loads
 from .solver.problem import State
 
 
@@ -52,19 +53,19 @@ def run(
         scene = scene.with_(**{"model.kind": model})
     reference = load_reference(scene)
     built = build(scene, tangent)
-    march = March(built.problem, scene.stages, built.record, scene.solver.step_growth, list(built.notes))
+    notes = list(built.notes)
     done: list[tuple[dict[str, float], State]] = []
     clock = time.perf_counter()
 
     def result(note: str | None = None) -> Result:
-        if note is not None:
-            march.notes.append(f"stopped: {note}")
+        stopped = [] if note is None else [f"stopped: {note}"]
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, [row for row, _ in done], [state for _, state in done], march.notes, reference)
+        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference)
 
     with HistoryWriter(output) as writer:
         try:
-            for step in march:
+            built = replace(built, problem=under_dead_loads(built.problem))
+            for step in March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes):
                 row = _row(len(done) + 1, step, built.record(step.equilibrium.state), time.perf_counter() - clock)
                 done.append((row, step.equilibrium.state))  # both or, if an interruption comes between, none
                 writer.write(row)

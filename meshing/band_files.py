@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike
 from .arrays import Array, Index
 from .cells import BULK_2D, BULK_3D, CELLS
 from .errors import MeshError
-from .files import cell_members, checked, is_solid, listed, load, named_sets
+from .files import cell_members, checked, is_solid, listed, load, named_sets, region_numbers
 from .paths import SLACK
 from .stars import Blocks, bulk_cells
 
 
-def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike | None = None) -> meshio.Mesh:
+def read_band_mesh(
+    path: str | Path, cells: str | None = None, along: ArrayLike | None = None, regions: Sequence[str] = ()
+) -> meshio.Mesh:
     """Read a mesh in any format that meshio knows, some of whose elements form the crack band.
 
     In a 2D mesh, a set that is one row of quadrilaterals or several, each one element wide, is put in the order of
@@ -31,6 +33,7 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
     cells : name of the set of elements that form the band; None: all of them are the body, which may crack anywhere.
     along : (2,) direction of the crack path, of any length. A row runs from end to end so that (end - start) . along > 0;
         without it, or across it, from the end with the smaller x, then y.
+    regions : names of sets of elements that never crack, see `meshing.files.region_numbers`.
 
     Returns
     -------
@@ -58,14 +61,21 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
         ]
         raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {listed(able)}", "band")
     clean, _, kept = checked(path, mesh, sets)
-    bulk, band = _parted(bulk_cells(clean), [members[cells][i] if cells is not None else nothing for i in kept])
+    numbers = region_numbers(mesh, kept, regions)
+    if cells is not None:
+        inside = [members[cells][i] for i in kept]
+    else:
+        inside = [np.flatnonzero(own == 0) if regions else nothing for own in numbers]
+    bulk, band = _parted(bulk_cells(clean), inside)
     if cells is not None and not band:
         raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(known)}; expected some", "band")
-    rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
+    rows = None
+    if cells is not None:
+        rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
     if rows is not None:
         clean, bulk, band = _with_rows(clean, bulk, rows)
     cell_sets = {"body": [np.arange(len(block)) for _, block in bulk] + [nothing for _ in band]}
-    for name, present in (("band", cells is not None), ("row", rows is not None)):
+    for name, present in (("band", bool(band)), ("row", rows is not None)):
         if present:
             cell_sets[name] = [nothing for _ in bulk] + [np.arange(len(block)) for _, block in band]
     return meshio.Mesh(
@@ -74,7 +84,18 @@ def read_band_mesh(path: str | Path, cells: str | None = None, along: ArrayLike 
         point_data={"original": np.arange(len(clean.points))},
         point_sets=clean.point_sets,
         cell_sets=cell_sets,
+        cell_data={"region": _outside(numbers, regions, inside, band)} if regions else None,
     )
+
+
+def _outside(numbers: Sequence[Index], regions: Sequence[str], inside: Sequence[Index], band: Blocks) -> list[Index]:
+    """Numbers of the regions by blocks, bulk and band; MeshError for a region that reaches into the band."""
+    for cracking in (own[at] for own, at in zip(numbers, inside, strict=True)):
+        if cracking.any():
+            name = regions[int(cracking.max()) - 1]
+            raise MeshError(f"regions.{name}: elements of it are in the band; expected a region outside of it", "regions")
+    outside = [np.delete(own, at) for own, at in zip(numbers, inside, strict=True)]
+    return [part for part in outside if len(part)] + [np.zeros(len(block), dtype=np.int64) for _, block in band]
 
 
 def _parted(blocks: Blocks, members: Sequence[Index]) -> tuple[Blocks, Blocks]:

@@ -19,7 +19,7 @@ from .paths import Line, as_text, edges_on_path
 from .stars import Blocks, Star, bulk_cells
 
 
-def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
+def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], regions: Sequence[str] = ()) -> meshio.Mesh:
     """Read a mesh in any format that meshio knows and insert its crack.
 
     Parameters
@@ -30,13 +30,14 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
         name of a set of triangles or quadrilaterals on the crack surface, or of its nodes. The surface consists of
         element faces inside the body; it may end inside, and sheets may meet and cross. Of each sheet (a part without
         branches) the first cell's normal points to the plus side; of a set of nodes, the mean normal with positive x, else
-        y, else z.
+        y, else z. Several names are as many parts of the crack.
+    regions : names of sets of elements, see `region_numbers`.
 
     Returns
     -------
     meshio.Mesh
         As `insert_cracks` gives it. Its point sets are the file's point sets and the nodes of its cell sets
-        (gmsh's physical groups included).
+        (gmsh's physical groups included). With regions, `cell_data["region"]`: 0, or 1 + the index of a cell's region.
 
     Raises
     ------
@@ -47,20 +48,54 @@ def read_mesh(path: str | Path, crack: str | Sequence[Line]) -> meshio.Mesh:
     path = Path(path)
     mesh = load(path)
     cells, sets = named_sets(mesh)
-    clean, index, _ = checked(path, mesh, sets)
-    if not isinstance(crack, str):
-        if is_solid(mesh):
-            raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
-        return insert_cracks(clean, edges_on_path(clean, "crack", crack))
-    if crack not in sets:
-        raise MeshError(f"crack = '{crack}': the file has no such set; it has {listed(sets)}", "crack")
-    facets = [index[block] for block in cells.get(crack, [])]
+    clean, index, kept = checked(path, mesh, sets)
+    names = [crack] if isinstance(crack, str) else [name for name in crack if isinstance(name, str)]
+    if names:
+        cut = np.concatenate([_facets_of_set(name, clean, cells.get(name, []), index, sets) for name in names])
+    elif is_solid(mesh):
+        raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
+    else:
+        cut = edges_on_path(clean, "crack", crack)  # type: ignore[arg-type]  # polylines
+    found = insert_cracks(clean, cut)
+    if regions:
+        numbers = region_numbers(mesh, kept, regions)
+        found.cell_data["region"] = [*numbers, np.zeros(len(found.cells[-1]), dtype=np.int64)]
+    return found
+
+
+def _facets_of_set(name: str, clean: meshio.Mesh, cells: list[Index], index: Index, sets: dict[str, Index]) -> Index:
+    """Edges or faces of a named part of the crack, corners (n, k)."""
+    if name not in sets:
+        raise MeshError(f"crack = '{name}': the file has no such set; it has {listed(sets)}", "crack")
+    facets = [index[block] for block in cells]
     if any((block < 0).any() for block in facets):
         raise MeshError(
-            f"crack = '{crack}': a cell of this set has a node that no element has; expected parts of elements", "crack"
+            f"crack = '{name}': a cell of this set has a node that no element has; expected parts of elements", "crack"
         )
-    find = _set_faces if is_solid(mesh) else _set_edges
-    return insert_cracks(clean, find(crack, clean, facets, clean.point_sets[crack]))
+    find = _set_faces if is_solid(clean) else _set_edges
+    return find(name, clean, facets, clean.point_sets[name])
+
+
+def region_numbers(mesh: meshio.Mesh, kept: Sequence[int], regions: Sequence[str]) -> list[Index]:
+    """For each cell of the blocks `kept` of a file 0 or, in a region, 1 + its index.
+
+    Raises
+    ------
+    MeshError
+        If a region is no set of elements of the file, or two of them share an element.
+    """
+    members = cell_members(mesh)
+    numbers = [np.zeros(len(mesh.cells[i]), dtype=np.int64) for i in kept]
+    for number, name in enumerate(regions, start=1):
+        at = [members[name][i] for i in kept] if name in members else []
+        if not sum(map(len, at)):
+            raise MeshError(f"regions.{name}: the file has no such set of elements; it has {listed(members)}", "regions")
+        for found, own in zip(numbers, at, strict=True):
+            if found[own].any():
+                other = regions[int(found[own].max()) - 1]
+                raise MeshError(f"regions.{name}: it shares elements with regions.{other}; expected separate sets", "regions")
+            found[own] = number
+    return numbers
 
 
 def load(path: Path) -> meshio.Mesh:

@@ -31,6 +31,11 @@ def key(
     return field(default=default, metadata=metadata)
 
 
+def key_of(each: Field[Any]) -> str:
+    """Name of the key that a field is: a field that would hide a method of its class has an underscore behind."""
+    return each.name.removesuffix("_")
+
+
 def expected(metadata: Mapping[str, Any]) -> str:
     """The range of a key in words; empty if every value of its type will do."""
     if metadata.get("one_of"):
@@ -49,11 +54,11 @@ def out_of_range(instance: Any) -> Iterator[tuple[str, Any, str]]:
             continue
         one_of = each.metadata.get("one_of", ())
         if one_of and value not in one_of:
-            yield each.name, value, expected(each.metadata)
+            yield key_of(each), value, expected(each.metadata)
         is_whole = each.type not in ("int", "int | None") or isinstance(value, Integral)
         if bounds and not isinstance(value, str) and not (is_whole and _is_within(value, bounds)):
             unit = f", in {each.metadata['unit']}" if each.metadata["unit"] else ""
-            yield each.name, value, f"a {'' if is_whole else 'whole '}number {expected(each.metadata)}{unit}"
+            yield key_of(each), value, f"a {'' if is_whole else 'whole '}number {expected(each.metadata)}{unit}"
 
 
 def _is_within(value: Any, bounds: Mapping[str, float]) -> bool:

@@ -46,6 +46,7 @@ class Bulk:
     operator : (c p, n) matrix, the deformations of the cracks from the unknowns
     active : indices of the unknowns that cracks, drives and measures see
     stiffness : (d m, d m) matrix of the bulk for the displacements, N/mm
+    dead : (d m,) array, forces that act while the last of the driven motions is 1 mm, N; None: there are none
     """
 
     points: Array
@@ -56,6 +57,24 @@ class Bulk:
     operator: sp.csr_array
     active: Index
     stiffness: sp.csr_array
+    dead: Array | None = None
+
+    def reduced(self, transform: sp.csr_array, factor: int = -1) -> sp.csc_array:
+        """Stiffness for the unknowns of a transform, in which dead loads are coupled to the displacements by their factor, so
+        that condensation takes them along.
+
+        Parameters
+        ----------
+        factor : which of the unknowns is the factor of the dead loads.
+        """
+        K = (transform.T @ self.stiffness @ transform).tocsc()
+        if self.dead is None:
+            return K
+        force = transform.T @ self.dead
+        at = np.flatnonzero(force)
+        last = np.full(len(at), factor % K.shape[0])
+        border = sp.coo_array((-force[at], (at, last)), shape=K.shape)
+        return (K + border + border.T).tocsc()
 
 
 @dataclass(frozen=True)
@@ -172,7 +191,7 @@ class Part:
         seen[bulk.active] = 1.0
         group[(basis @ seen != 0) | (np.arange(len(node)) >= len(node) - d * len(faces))] = m
         order, start = _grouped(group)
-        K = _lower((transform.T @ bulk.stiffness @ transform).tocsc(), order)
+        K = _lower(bulk.reduced(transform, -d * len(faces) - 1), order)
         left = order[start[-1] :]
         columns = np.unique(np.append(basis[left].indices, bulk.active))
         return cls(
@@ -227,7 +246,7 @@ class Whole:
         group = nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64))[unknowns.node]
         group[unknowns.rotations], group[unknowns.drives] = len(bulk.points), len(bulk.points) + 1
         order, start = _grouped(group)
-        K = (unknowns.transform.T @ bulk.stiffness @ unknowns.transform).tocsc()
+        K = bulk.reduced(unknowns.transform)
         sees = abs(bulk.operator)
         tree = EliminationTree.from_pattern(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
         return cls(K, tree, order, unknowns.transform, bulk.points.shape)

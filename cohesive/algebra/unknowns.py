@@ -55,7 +55,7 @@ class Unknowns:
     transform : (d m, n) sparse matrix
     rotations : (t,) array, indices of the unknowns that are the rotations of hinged constraints.
     drives : (k,) array, indices of the unknowns that are the driven motions, the last ones.
-    node : (n,) array, the leading node of each unknown; for a rotation or drive, any of its nodes.
+    node : (n,) array, the leading node of each unknown; for a rotation or drive, any of its nodes; for a factor, any node.
     """
 
     transform: sp.csr_array
@@ -65,7 +65,12 @@ class Unknowns:
 
     @classmethod
     def from_constraints(
-        cls, leader: Index, supports: Sequence[Constraint], drives: Sequence[Constraint], mirror: Constraint | None = None
+        cls,
+        leader: Index,
+        supports: Sequence[Constraint],
+        drives: Sequence[Constraint],
+        mirror: Constraint | None = None,
+        factors: int = 0,
     ) -> Unknowns:
         """Number the unknowns of a split mesh.
 
@@ -77,6 +82,7 @@ class Unknowns:
             opposite or at right angles.
         mirror : normal of a plane of symmetry, at nodes whose copy stands for the mirror image. They open along
             the normal and move along the plane, nothing else.
+        factors : number of further driven motions that move no node, the last ones: of dead loads.
 
         Raises
         ------
@@ -102,13 +108,15 @@ class Unknowns:
         mean[is_driven] = n_free + len(hinged) + axes.mean[is_driven] - _DRIVEN
         entries = [*_motions(leader, extra, axes, mean, _numbered(jump_free, n_mean)), *_hinges(hinged, n_free)]
         rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
-        transform = sp.csr_array((values, (rows, columns)), shape=(axes.mean.size, n_free + len(hinged) + len(drives)))
+        first_drive = n_free + len(hinged)
+        driven = first_drive + np.arange(len(drives) + factors)
+        transform = sp.csr_array((values, (rows, columns)), shape=(axes.mean.size, first_drive + len(driven)))
         transform.eliminate_zeros()
         jumping = leader[extra[np.nonzero(jump_free)[0]]]
         first_nodes = [leader[constraint.nodes[:1]] for constraint in (*hinged, *drives)]
-        node = np.concatenate([np.nonzero(mean_free)[0], jumping, *first_nodes])
-        hinges = n_free + np.arange(len(hinged))
-        return cls(transform, hinges, n_free + len(hinged) + np.arange(len(drives)), node)
+        any_node = np.zeros(factors, dtype=np.int64)
+        node = np.concatenate([np.nonzero(mean_free)[0], jumping, *first_nodes, any_node])
+        return cls(transform, n_free + np.arange(len(hinged)), driven, node)
 
     def with_faces(self, nodes: Index, dimension: int) -> tuple[sp.csr_array, Index, sp.csr_array]:
         """Displacements of a crack's faces in place of the unknowns that move them, so that the two sides are not coupled.

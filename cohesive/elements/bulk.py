@@ -82,7 +82,7 @@ class ElasticBlock:
     kind : one of `ELEMENTS`, meshio's names and node order; "quad6" is a "quad8" without two mid-sides.
     points : (m, d) array, mm, of the whole mesh.
     cells : (n, nodes per element) array; a hexahedron with two pairs of equal nodes is a prism.
-    D : (k, k) array, MPa, see `elasticity`.
+    D : (k, k) array, MPa, see `elasticity`; or (n, k, k), one for each element.
     thickness : mm, of a plane body.
 
     Raises
@@ -102,7 +102,7 @@ class ElasticBlock:
         if self.kind not in ELEMENTS:
             raise ElementError(f"cells of type {self.kind!r}: expected one of {', '.join(ELEMENTS)}")
         d, k = self.dimension, len(PAIRS[self.dimension])
-        if ELEMENTS[self.kind][2].shape[1] != d or self.D.shape != (k, k):
+        if ELEMENTS[self.kind][2].shape[1] != d or self.D.shape not in ((k, k), (len(self.cells), k, k)):
             raise ElementError(f"cells of type {self.kind!r}: points have {d} coordinates and D is {self.D.shape}")
         if d == 3 and self.thickness != 1.0:
             raise ElementError(f"cells of type {self.kind!r}, thickness = {self.thickness:g}: expected none in space")
@@ -146,7 +146,16 @@ class ElasticBlock:
         """Stress at the element centres, (n, k), MPa, from displacements (m, d)."""
         B, _ = self._gradients(ELEMENTS[self.kind][2])
         u = displacement[self.cells].reshape(len(self.cells), -1)
-        return np.asarray(np.einsum("ij,njk,nk->ni", self.D, B[0], u))
+        return np.asarray((self.D @ (B[0] @ u[:, :, None]))[..., 0])
+
+    def body_force(self, force: Array) -> Array:
+        """Nodal forces, (m, d), N, of a force per volume, (n, d), N/mm^3."""
+        at, weights = ELEMENTS[self.kind][1]
+        N, det = ELEMENTS[self.kind][0](at)[0], self._gradients(at)[1]
+        share = np.einsum("qn,qa->na", self.thickness * weights[:, None] * det, N)
+        nodal = np.zeros(self.points.shape)
+        np.add.at(nodal, self.cells, share[:, :, None] * force[:, None, :])
+        return nodal
 
     def strain_points(self, rule: Rule | None = None) -> tuple[sp.csr_array, Array, Array, Index]:
         """The points of a quadrature rule, by default the element's own: displacements of the mesh nodes to strains,

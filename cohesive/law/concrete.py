@@ -65,6 +65,7 @@ class Concrete:
         secant of the first branch reaches zero stress. For the exponential curve w1 is Gf / ft. The tail of a fibre concrete
         holds most of its energy, and tells nothing of the asperities: with c1 Gf / ft they would be decimetres high. Read
         back, a Zm that was not given is the number that follows, and follows again after `dataclasses.replace`.
+    density : of the body (kg/m^3), if its own weight is to act.
 
     Raises
     ------
@@ -98,6 +99,7 @@ class Concrete:
         hash=False,
     )
     Zm: float = _key(None, "length of the asperities, which scales the contact; default c1 Gf/ft, see Concrete", "mm")
+    density: float = _key(0.0, "density, if the body's own weight is to act", "kg/m^3")
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
@@ -127,8 +129,9 @@ class Concrete:
             raise ParameterError(
                 f"mu_sigma = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}", "mu_sigma"
             )
-        if self.r_z < 0:
-            raise ParameterError(f"r_z = {self.r_z!r}: expected a number of at least 0", "r_z")
+        for name in ("r_z", "density"):
+            if getattr(self, name) < 0:
+                raise ParameterError(f"{name} = {getattr(self, name)!r}: expected a number of at least 0", name)
         if min(self.c) <= 0:
             raise ParameterError(f"c = {list(self.c)}: expected three numbers above 0", "c")
         if min(self.p) < 0 or abs(sum(self.p) - 1.0) > 1e-9:

@@ -14,6 +14,7 @@ from ..arrays import Array, Index
 from ..elements.interface import Interface
 from ..elements.rotations import rotations
 from ..errors import SceneError
+from ..solver.loading import Actuator
 from .mesh import CrackedMesh
 
 
@@ -24,15 +25,18 @@ class Boundary:
     Attributes
     ----------
     supports : list of Constraint
-    drives : list of Constraint, one for each direction of the drive
+    motions : list of Constraint, each a motion of its own: those of the drives, then those of supports that give way
     mirror : Constraint, the plane of symmetry of a half; None for a whole body
-    spring : stiffness that resists the first drive, N/mm
+    drives : what each drive does with the motions
+    acting, later : (motions,) arrays, stiffness of springs that act from the beginning, or where a platen is let go, N/mm
     """
 
     supports: list[Constraint]
-    drives: list[Constraint]
+    motions: list[Constraint]
     mirror: Constraint | None
-    spring: float
+    drives: dict[str, Actuator]
+    acting: Array
+    later: Array
 
 
 def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> Boundary:
@@ -43,19 +47,33 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
     SceneError
         For a location that is not in the mesh, or a direction with another number of components.
     """
-    supports = list(specimen.held(half=half))
+    given = list(specimen.held(half=half))
     if mesh.dimension == 3:
-        supports += specimen.held_across(plane)
-    supports = [replace(each, direction=_extended(specimen, mesh, each.direction)) for each in supports]
-    ((_, drive),) = specimen.drives(half=half).items()
-    along, shear = (_extended(specimen, mesh, each) for each in (drive.direction, drive.shear))
-    assert along is not None
-    drive = replace(drive, direction=along, shear=shear)
+        given += specimen.held_across(plane)
+    given = [replace(each, direction=_extended(specimen, mesh, each.direction)) for each in given]
+    motions: list[Constraint] = []
+    drives: dict[str, Actuator] = {}
+    later: list[float] = []
+    for name, drive in specimen.drives(half=half).items():
+        own = _drive(specimen, mesh, drive)
+        numbers = tuple(range(len(motions), len(motions) + len(own)))
+        drives[name] = Actuator(numbers, is_platen=drive.shear is not None)
+        motions += own
+        later += [drive.spring, *(0.0 for _ in own[1:])]
+    supports: list[Constraint] = []
+    acting = [0.0] * len(motions)
+    for support in given:
+        held = _support(mesh, support)
+        if support.stiffness is None:
+            supports += held
+        else:
+            motions += held
+            acting += [support.stiffness * (2.0 if half else 1.0)] * len(held)  # the energy of a half is doubled
     mirror = None
     if half and mesh.crack is not None and (normal := _extended(specimen, mesh, specimen.symmetry())) is not None:
         mirror = Constraint("crack", np.unique(mesh.crack.data), normal)
-    held = [constraint for support in supports for constraint in _support(mesh, support)]
-    return Boundary(held, _drive(mesh, drive), mirror, drive.spring)
+    later += [0.0] * (len(motions) - len(later))
+    return Boundary(supports, motions, mirror, drives, np.array(acting), np.array(later))
 
 
 def _extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -> Direction | None:
@@ -67,18 +85,27 @@ def _extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -
 def _support(mesh: CrackedMesh, support: Support) -> list[Constraint]:
     axes = [tuple(axis) for axis in np.eye(mesh.dimension).tolist()]
     directions = axes if support.direction is None else [_components(mesh, "supports.direction", support.direction)]
-    nodes = _nodes(mesh, "supports.at", support.at)
+    nodes = nodes_at(mesh, "supports.at", support.at)
     lever = _lever(mesh, nodes, support.lever)
     return [Constraint(_name(support.at, "supports"), nodes, direction, lever=lever) for direction in directions]
 
 
-def _drive(mesh: CrackedMesh, drive: Drive) -> list[Constraint]:
-    direction = _components(mesh, "drive.direction", drive.direction)
-    nodes, name = _nodes(mesh, "drive.at", drive.at), _name(drive.at, "drive")
-    first = Constraint(name, nodes, direction, drive.share, _lever(mesh, nodes, drive.lever), drive.holds_jumps)
-    if drive.shear is None:
-        return [first]
-    return [first, Constraint(name, nodes, _components(mesh, "drive.direction", drive.shear), drive.share)]
+def _drive(specimen: Specimen, mesh: CrackedMesh, drive: Drive) -> list[Constraint]:
+    """Its motions: one, or two of a platen or of opposed forces."""
+
+    def motion(at: Location, direction: Direction | None, lever: float | None, holds: bool | None) -> Constraint:
+        nodes = nodes_at(mesh, "drive.at", at)
+        extended = _extended(specimen, mesh, direction)
+        assert extended is not None
+        along = _components(mesh, "drive.direction", extended)
+        return Constraint(_name(at, "drive"), nodes, along, drive.share, _lever(mesh, nodes, lever), holds)
+
+    motions = [motion(drive.at, drive.direction, drive.lever, drive.holds_jumps)]
+    if drive.shear is not None:
+        motions.append(motion(drive.at, drive.shear, None, None))
+    elif drive.against is not None:
+        motions.append(motion(drive.against, drive.direction, drive.lever, drive.holds_jumps))
+    return motions
 
 
 def _lever(mesh: CrackedMesh, nodes: Index, half_length: float | None) -> Array | None:
@@ -101,7 +128,7 @@ def _components(mesh: CrackedMesh, key: str, vector: Direction) -> Direction:
     return vector
 
 
-def _nodes(mesh: CrackedMesh, key: str, at: Location) -> Index:
+def nodes_at(mesh: CrackedMesh, key: str, at: Location) -> Index:
     """Nodes of a location: a set by name, or the copies of the node at a point."""
     if isinstance(at, str):
         if at not in mesh.sets:
@@ -150,8 +177,8 @@ def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface
 def _relative_motion(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
     """Motion of one location against another one, or against its mirror image, which opens alike and slides with it. Sliding
     is that along the first tangent of `elements.rotations.rotations`."""
-    d, plus = mesh.dimension, _nodes(mesh, "gauge_plus", gauge.plus)
-    minus = plus if gauge.minus is None else _nodes(mesh, "gauge_minus", gauge.minus)
+    d, plus = mesh.dimension, nodes_at(mesh, "gauge_plus", gauge.plus)
+    minus = plus if gauge.minus is None else nodes_at(mesh, "gauge_minus", gauge.minus)
     apart = mesh.points[plus].mean(axis=0) - mesh.points[minus].mean(axis=0)
     normal = np.asarray(_gauge_normal(gauge, mesh, faces, apart))
     found = {}

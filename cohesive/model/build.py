@@ -20,11 +20,13 @@ from ..arrays import Array, Index
 from ..elements.bulk import BAND_COLUMNS, ElasticBlock, elasticity
 from ..errors import ElementError, SceneError
 from ..scenes.scene import Scene
-from ..solver.problem import Problem
+from ..solver.loading import DEAD, Actuator, Loading
+from ..solver.problem import Problem, Springs
 from .band import band_note, band_part
 from .boundary import Boundary, boundary, measures
 from .checks import check_stages
 from .cracks import CrackPart
+from .dead_loads import dead_loads
 from .interface import interface_part
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
@@ -53,7 +55,7 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
         bulk, rows = _unknowns(scene, mesh, (elastic, cracking), cracks, held)
     with _timed(timings, "condense"):
         condensation = _condensed(bulk, scene.solver.condensation)
-        problem = _problem(scene, mesh, cracks, bulk, condensation, rows)
+        problem = _problem(scene, mesh, cracks, bulk, condensation, held, rows)
     if tangent == "secant":
         problem = replace(problem, secant=True)
     if not problem.is_held():
@@ -102,12 +104,34 @@ def _elements(scene: Scene, mesh: CrackedMesh) -> tuple[list[ElasticBlock], list
         )
     D = elasticity(scene.material.E, scene.material.nu, scene.model.plane if mesh.dimension == 2 else None)
     t, points = _thickness(scene, mesh), np.asarray(mesh.points, dtype=float)
-    elastic = [ElasticBlock(block.type, points, block.data, D, t) for block in mesh.bulk]
+    elastic = [
+        ElasticBlock(block.type, points, block.data, _of_regions(scene, mesh, D, region), t)
+        for block, region in zip(mesh.bulk, mesh.regions, strict=True)
+    ]
     cracking = []
     for block in mesh.band:
         kind, columns = BAND_COLUMNS[block.type] if mesh.is_row else (block.type, list(range(block.data.shape[1])))
         cracking.append(ElasticBlock(kind, points, block.data[:, columns], D, t))
     return elastic, cracking
+
+
+def _of_regions(scene: Scene, mesh: CrackedMesh, D: Array, region: Index) -> Array:
+    """The elasticity of each element, or one if they are alike."""
+    if not region.any():
+        return D
+    plane = scene.model.plane if mesh.dimension == 2 else None
+    found = [D, *(elasticity(each.E, each.nu, plane) for each in scene.specimen.regions().values())]
+    return np.stack(found)[region]
+
+
+def _dead_loads(scene: Scene, mesh: CrackedMesh, elements: tuple[list[ElasticBlock], list[ElasticBlock]]) -> Array | None:
+    """Forces of own weight and pressures on the nodes, (d m,), N."""
+    own = scene.material.density
+    densities = np.array([own, *(own if r.density is None else r.density for r in scene.specimen.regions().values())])
+    elastic, cracking = elements
+    blocks = [(block, densities[region]) for block, region in zip(elastic, mesh.regions, strict=True)]
+    blocks += [(block, np.full(len(block.cells), own)) for block in cracking]
+    return dead_loads(scene.specimen, mesh, blocks, _thickness(scene, mesh))
 
 
 def _cracks(scene: Scene, mesh: CrackedMesh, cracking: Sequence[ElasticBlock]) -> CrackPart:
@@ -131,20 +155,25 @@ def _unknowns(
     elements: tuple[list[ElasticBlock], list[ElasticBlock]],
     cracks: CrackPart,
     held: Boundary,
-) -> tuple[Bulk, tuple[dict[str, Array], float]]:
-    """The bulk to be condensed; the measures on all unknowns, and the spring on the drive."""
+) -> tuple[Bulk, dict[str, Array]]:
+    """The bulk to be condensed, and the measures on all unknowns."""
     original = mesh.original
     leader: Index = np.arange(len(original))
     if mesh.crack is not None:
         on_crack = np.isin(original, original[mesh.crack.data])
         leader = np.where(on_crack, original, leader)
+    dead = _dead_loads(scene, mesh, elements)
     try:
-        unknowns = Unknowns.from_constraints(leader, held.supports, held.drives, held.mirror)
+        factors = int(dead is not None)
+        unknowns = Unknowns.from_constraints(leader, held.supports, held.motions, held.mirror, factors)
     except ValueError as error:
         raise SceneError(f"specimen.{error}", "specimen") from None
     K = bulk_stiffness(elements[0], mesh.points.size)
     if scene.model.half:
         K *= 2.0  # load and energies are those of the whole
+        dead = None if dead is None else 2.0 * dead
+    if dead is not None:  # by a motion of the size of the others, whose force is then of theirs
+        dead /= cracks.point_law.onset_jump
     operator = _without_cancelled(cracks.operator @ unknowns.transform)
     rows = measures(scene.specimen, scene.model.half, mesh, cracks.faces)
     rows = {name: row @ unknowns.transform for name, row in rows.items()}
@@ -154,8 +183,7 @@ def _unknowns(
     for row in rows.values():
         seen |= abs(row) > 1e-12
     points = np.asarray(mesh.points, dtype=float)
-    bulk = Bulk(points, elements[0], elements[1], leader, unknowns, operator, np.flatnonzero(seen), K)
-    return bulk, (rows, held.spring)
+    return Bulk(points, elements[0], elements[1], leader, unknowns, operator, np.flatnonzero(seen), K, dead), rows
 
 
 def _without_cancelled(operator: sp.csr_array) -> sp.csr_array:
@@ -186,26 +214,31 @@ def _problem(
     cracks: CrackPart,
     bulk: Bulk,
     condensation: Condensation,
-    rows: tuple[dict[str, Array], float],
+    held: Boundary,
+    rows: dict[str, Array],
 ) -> Problem:
     """The equations on the unknowns that are left."""
     at = condensation.unknowns
     number = np.full(bulk.unknowns.transform.shape[1], -1)
     number[at] = np.arange(len(at))
     drives = number[bulk.unknowns.drives]
-    measured, spring = rows
+    loads, springs = dict(held.drives), (held.acting, held.later)
+    if bulk.dead is not None:
+        loads[DEAD] = Actuator((len(drives) - 1,))
+        springs = (np.append(held.acting, 0.0), np.append(held.later, 0.0))
     area = _area(scene, mesh, cracks)
     return Problem(
         cracks.point_law,
         CrackOperator.from_matrix(bulk.operator[:, at].tocsr(), cracks.weights, cracks.where),
         condensation.stiffness,
         drives,
-        np.eye(len(drives))[0],
+        Loading.from_drives(loads, len(drives)),
+        Springs.from_stiffness(*springs),
         scene.material.ft * area,
         scene.material.Gf * area,
-        {name: row[at] for name, row in measured.items()},
+        {name: row[at] for name, row in rows.items()},
         scene.solver.tol,
-        spring=spring,
+        dead_factor=0.0 if bulk.dead is None else cracks.point_law.onset_jump,
     )
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from ..errors import SceneError
 from ..law.concrete import Concrete
 from ..solver.controls import CONTROLS
+from ..solver.loading import Loading
 from ..solver.problem import Problem
 from ..solver.stages import Stage
 
@@ -37,13 +41,9 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     m = concrete
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
     available = shear * (1.0 + m.ft**2 * width / (2 * m.E * m.Gf)) * problem.energy
+    loading = problem.loading
     for i, stage in enumerate(stages):
-        for key in ("angle", "hold"):
-            if (value := getattr(stage, key)) is not None and len(problem.drives) == 1:
-                raise SceneError(
-                    f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}",
-                    f"stage.{i}.{key}",
-                )
+        loading = _check_drives(i, stage, loading)
         if max(stage.targets) > CONTROLS[stage.control].most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
@@ -54,10 +54,35 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     _check_first_control(stages[0], problem)
 
 
+def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:
+    """Refuse drives that the specimen does not have; the loading after the stage, but for its forces."""
+    for key, names in (("drive", [stage.drive]), ("others", list(stage.others or {}))):
+        for name in names:
+            if name is not None and name not in loading.names:
+                raise SceneError(
+                    f"stage.{i}.{key}: the specimen has no drive '{name}'; it has {', '.join(loading.names)}",
+                    f"stage.{i}.{key}",
+                )
+    moved = loading.active if stage.drive is None else stage.drive
+    if moved in (stage.others or {}):
+        raise SceneError(
+            f"stage.{i}.others: the stage moves drive '{moved}' itself; expected the others, or another drive",
+            f"stage.{i}.others",
+        )
+    loading = loading.after(stage.drive, stage.others or {}, np.zeros(loading.count))
+    for key in ("angle", "hold"):
+        if (value := getattr(stage, key)) is not None and not loading.moved.is_platen:
+            raise SceneError(
+                f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}",
+                f"stage.{i}.{key}",
+            )
+    return loading
+
+
 def _check_first_control(first: Stage, problem: Problem) -> None:
     """Refuse a measure that the drive does not change while the body is elastic."""
-    if len(problem.drives) == 2:
-        problem = problem.driven(first.angle or 0.0, first.hold is not False)
+    loading = problem.loading.after(first.drive, first.others or {}, np.zeros(problem.loading.count))
+    problem = replace(problem, loading=loading.turned(first.angle, first.hold))
     control, start = CONTROLS[first.control], problem.initial()
     if not control.is_motion or (row := control.equation(problem, 0.0, start, start).row) is problem.drive:
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import meshio
+import numpy as np
 
 from meshing.cells import CELLS
 from meshing.insertion import crack_front_length
@@ -67,6 +68,14 @@ class CrackedMesh:
         """Number of each node before the crack was inserted, (m,)."""
         original: Index = self.whole.point_data["original"]
         return original
+
+    @property
+    def regions(self) -> list[Index]:
+        """For the cells of each block of the bulk 0 or, in a region with elastic constants of its own, 1 + its index."""
+        numbers = (self.whole.cell_data or {}).get("region")
+        if numbers is None:
+            return [np.zeros(len(block.data), dtype=np.int64) for block in self.bulk]
+        return list(numbers[: len(self.bulk)])
 
     @property
     def faces(self) -> meshio.CellBlock | None:

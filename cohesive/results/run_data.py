@@ -135,12 +135,13 @@ class RunData:
     @property
     def drives_both_ways(self) -> bool:
         """Whether a platen moves along two directions, so that the load is not always that of the opening."""
-        return len(self.problem.drives) == 2
+        return self.problem.loading.moved.is_platen
 
     @property
     def platen_path(self) -> Array:
         """Length of the way that the drives have gone, (rows,), mm."""
-        positions = np.array([state.v[self.problem.drives] for state in self.states]).reshape(len(self.states), -1)
+        motions = self.problem.drives[list(self.problem.loading.moved.motions)]
+        positions = np.array([state.v[motions] for state in self.states]).reshape(len(self.states), -1)
         return np.cumsum(np.linalg.norm(np.diff(positions, axis=0, prepend=0.0), axis=1))
 
     @property

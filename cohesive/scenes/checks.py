@@ -11,6 +11,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from meshing.errors import MeshError
+from meshing.keys import key_of
 
 from ..errors import ParameterError, SceneError
 
@@ -50,18 +51,18 @@ def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:
     SceneError
         Naming the key that is missing, unknown, of the wrong type or out of range.
     """
-    known = {each.name: each for each in fields(cls)}  # type: ignore[arg-type]
+    known = {key_of(each): each for each in fields(cls)}  # type: ignore[arg-type]
     check_known(prefix + ".", table, known)
     for name, each in known.items():
         if each.default is MISSING and each.default_factory is MISSING and name not in table:
             raise SceneError(f"{prefix}.{name} is missing", f"{prefix}.{name}")
     hints = typing.get_type_hints(cls)
     for name, value in table.items():
-        allowed = alternatives(hints[name])
+        allowed = alternatives(hints[known[name].name])
         if not any(is_a(value, kind) for kind in allowed):
             raise refuse(f"{prefix}.{name}", value, " or ".join(_KINDS[kind] for kind in allowed if kind in _KINDS))
     try:
-        return cls(**table)
+        return cls(**{known[name].name: value for name, value in table.items()})
     except (MeshError, ParameterError) as error:
         raise SceneError(f"{prefix}.{error}", f"{prefix}.{error.key}") from None
     except ValueError as error:  # of a specimen of the user's

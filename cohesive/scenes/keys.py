@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from meshing.keys import default_of, expected
+from meshing.keys import default_of, expected, key_of
 from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS
 
@@ -61,7 +61,7 @@ def keys_of_table(table: str, cls: type) -> Iterator[Key]:
         types = [_TYPES[kind] for kind in alternatives(hints[each.name]) if kind in _TYPES]
         meta, default = each.metadata, default_of(each)
         yield Key(
-            table, each.name, " or ".join(types), meta.get("unit", ""), "" if default is MISSING else _text(default),
+            table, key_of(each), " or ".join(types), meta.get("unit", ""), "" if default is MISSING else _text(default),
             expected(meta).removeprefix("of "), meta.get("meaning", ""), default is MISSING and not meta.get("by_rule"),
         )  # fmt: skip
 

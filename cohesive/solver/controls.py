@@ -85,11 +85,11 @@ class LinearControl(Control):
         """(n,) array, the value is row @ v, mm."""
 
     def value(self, problem: Problem, state: State) -> float:
-        return float(self.row(problem) @ state.v)
+        return problem.motion(self.row(problem), state)
 
     def equation(self, problem: Problem, target: float, start: State, now: Guess) -> Equation:
         row = self.row(problem)
-        return Equation(float(row @ now.v) - target, row)
+        return Equation(problem.motion(row, now) - target, row)
 
 
 #: all controls by the names that stages give them

@@ -158,7 +158,7 @@ class _Equations:
             tangent = tangent + self.damping * np.eye(tangent.shape[1])
             stress = stress + self.damping * (deformation - start.cracks.deformation)
         crack = problem.operator.force(stress)
-        residual = problem.unbalanced(problem.bulk(v) + crack - load * problem.drive)
+        residual = problem.residual(v, crack, load)
         scale = max(float(np.linalg.norm(crack)), abs(load), 1e-4 * problem.strength)
         asked = self.control.equation(problem, self.target, start, Guess(v, load, cracks))
         return Iterate(v, load, cracks, tangent, residual, scale, asked.gap / self.reach, asked.row, asked.corner)
@@ -232,8 +232,8 @@ def next_state(problem: Problem, start: State, now: Guess) -> State:
     dissipated, _ = law.dissipation(start.cracks, now.cracks)
     return State(
         now.v, now.load, now.cracks,
-        driven=float(problem.drive @ now.v),
-        work=start.work + 0.5 * (start.load + now.load) * float(problem.drive @ (now.v - start.v)),
+        driven=problem.motion(problem.drive, now),
+        work=start.work + problem.work(start, now),
         elastic=problem.elastic_energy(now.v) + float(weights @ elastic),
         stored=float(weights @ stored),
         dissipated=start.dissipated + float(weights @ dissipated),

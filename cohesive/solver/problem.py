@@ -14,6 +14,7 @@ from ..algebra.crack_operator import CrackOperator
 from ..arrays import Array, Index
 from ..cracks.point_law import PointLaw
 from ..errors import NotConverged
+from .loading import DEAD, Loading
 
 #: the body is held if a known motion is found from its forces within this part of it; a body that can move without a force
 #: has been found to 3e-4 by chance
@@ -59,107 +60,183 @@ class State(Guess):
 
 
 @dataclass(frozen=True)
-class Problem:
-    """A body with cracks in equilibrium: K v + cracks(v) = load * direction, on the drives.
+class Springs:
+    """Springs on driven motions.
 
-    With two drives, `direction` is a unit vector between them. Across it they are held, or with `hold` false free but for
-    the spring.
+    Attributes
+    ----------
+    stiffness : (k,) array, N/mm
+    rest : (k,) array, motions at which they are unstressed, mm; NaN for one that does not act yet
+    taken : (k,) array, motions at which they took over the forces there were, mm
+    """
+
+    stiffness: Array
+    rest: Array
+    taken: Array
+
+    @classmethod
+    def from_stiffness(cls, acting: Array, later: Array) -> Springs:
+        """Springs that act from the beginning, and springs that do not act yet, (k,) each, N/mm, 0 without."""
+        rest = np.where((later > 0) | (acting == 0), np.nan, 0.0)
+        return cls(acting + later, rest, np.zeros(len(acting)))
+
+    @cached_property
+    def acting(self) -> Index:
+        """Which act."""
+        return np.flatnonzero(np.isfinite(self.rest))
+
+    def force(self, motion: Array) -> Array:
+        """Of those that act, N, from all motions (k,)."""
+        at = self.acting
+        return np.asarray(self.stiffness[at] * (motion[at] - self.rest[at]))
+
+    def energy(self, motion: Array) -> float:
+        """What they hold beyond the energy that they were put in with, N mm."""
+        at = self.acting
+        stretched = (motion[at] - self.rest[at]) ** 2 - (self.taken[at] - self.rest[at]) ** 2
+        return 0.5 * float(self.stiffness[at] @ stretched)
+
+    def put_in(self, at: int, motion: float, force: float) -> Springs:
+        """With the spring of one motion in place of a force."""
+        rest, taken = self.rest.copy(), self.taken.copy()
+        rest[at] = motion + (force / self.stiffness[at] if self.stiffness[at] else 0.0)
+        taken[at] = motion
+        return Springs(self.stiffness, rest, taken)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A body with cracks in equilibrium: K v + springs + cracks(v) = load * direction + dead forces, on the driven motions.
 
     Attributes
     ----------
     point_law : PointLaw
     operator : CrackOperator
     stiffness : Stiffness of the elastic bulk
-    drives : (k,) array, indices of the unknowns that are moved from outside
-    direction : (k,) array, unit vector along which they move and the load acts
+    drives : (k,) array, indices of the unknowns that are driven motions
+    loading : Loading, what is done to them
+    springs : Springs on them
     strength : tensile strength times the crack's area, N: the scale of forces
     energy : fracture energy times the crack's area, N mm: the scale of energies
     measures : linear measures of the unknowns by name ("opening", "sliding"), (n,) each
     tol : relative tolerance on residual and correction
-    hold : whether the drives are held across the direction
-    spring : stiffness that resists the first drive, N/mm
-    rest : motion of the first drive at which the spring is unstressed, mm; None: it does not act yet
-    taken : motion of the first drive at which the spring took over the force there was, mm
     secant : whether the points give the tangents of their unloading branches in every iteration
+    dead_factor : motion of the dead loads at which they act whole, mm; 0: there are none
+    start : State under dead loads alone, from which motions count; None: there are none
     """
 
     point_law: PointLaw
     operator: CrackOperator
     stiffness: Stiffness
     drives: Index
-    direction: Array
+    loading: Loading
+    springs: Springs
     strength: float
     energy: float
     measures: dict[str, Array]
     tol: float
-    hold: bool = True
-    spring: float = 0.0
-    rest: float | None = None
-    taken: float = 0.0
     secant: bool = False
+    dead_factor: float = 0.0
+    start: State | None = None
 
     def driven(self, angle: float, hold: bool = True) -> Problem:
-        """The same body driven at an angle between its two drives, degrees: 0 the first, 90 the second."""
-        t = np.radians(angle)
-        direction = np.array([np.cos(t), np.sin(t)])
-        direction[abs(direction) < 1e-15] = 0.0
-        return replace(self, direction=direction, hold=hold)
+        """The same body with its platen moved at an angle between its two motions, degrees: 0 the first, 90 the second."""
+        return replace(self, loading=self.loading.turned(angle, hold))
 
     def sprung(self, state: State) -> Problem:
-        """The same body with its spring in place of the force that holds the first drive in this state."""
-        first = self.drives[0]
-        force = float(self.internal_force(state)[first])
-        motion = float(state.v[first])
-        return replace(self, rest=motion + force / self.spring if self.spring else motion, taken=motion)
+        """The same body with the spring of the platen in place of the force that holds its first motion in this state."""
+        first = self.loading.moved.motions[0]
+        force = float(self.driven_forces(state)[first])
+        return replace(self, springs=self.springs.put_in(first, float(state.v[self.drives[first]]), force))
 
     @cached_property
     def drive(self) -> Array:
         """Forces of a unit load, (n,); also the row that measures the driven motion."""
+        return self._on_motions(self.loading.direction)
+
+    @cached_property
+    def _held_forces(self) -> Array | None:
+        """Forces of the drives that are held at theirs, (n,), N; None: there are none."""
+        return self._on_motions(self.loading.dead) if self.loading.dead.any() else None
+
+    def _on_motions(self, values: Array) -> Array:
         unit = np.zeros(self.operator.size)
-        unit[self.drives] = self.direction
+        unit[self.drives] = values
         return unit
 
     @cached_property
     def free(self) -> sp.csr_array | None:
-        """Motions that the direction of the drives allows: v = free @ y; None: all."""
-        if len(self.drives) == 1 or not self.hold:
+        """Motions that the drives allow: v = free @ y; None: all."""
+        allowed = self.loading.allowed
+        if allowed is None:
             return None
-        n = self.operator.size
+        n, k = self.operator.size, len(self.drives)
         others = np.setdiff1d(np.arange(n), self.drives)
-        rows, columns = np.r_[others, self.drives], np.r_[np.arange(n - 2), n - 2, n - 2]
-        return sp.csr_array((np.r_[np.ones(n - 2), self.direction], (rows, columns)), shape=(n, n - 1))
+        at, column = np.nonzero(allowed)
+        rows, columns = np.r_[others, self.drives[at]], np.r_[np.arange(n - k), n - k + column]
+        values = np.r_[np.ones(n - k), allowed[at, column]]
+        return sp.csr_array((values, (rows, columns)), shape=(n, n - k + allowed.shape[1]))
 
     def bulk(self, v: Array) -> Array:
-        """Forces of the elastic bulk and of the spring, (n,), N."""
+        """Forces of the elastic bulk and of the springs, (n,), N."""
         force = self.stiffness.apply(v)
-        if self.rest is not None:
-            force[self.drives[0]] += self.spring * (v[self.drives[0]] - self.rest)
+        if len(self.springs.acting):
+            force[self.drives[self.springs.acting]] += self.springs.force(v[self.drives])
         return force
 
     def internal_force(self, state: State) -> Array:
-        """Forces of bulk, spring and cracks on the unknowns, (n,), N: on the drives, the load and the reactions."""
+        """Forces of bulk, springs and cracks on the unknowns, (n,), N: on the driven motions, loads and reactions."""
         return self.bulk(state.v) + self.operator.force(state.cracks.stress)
 
+    def driven_forces(self, state: State) -> Array:
+        """Forces on the driven motions, (k,), N."""
+        return np.asarray(self.internal_force(state)[self.drives])
+
+    def residual(self, v: Array, crack: Array, load: float) -> Array:
+        """Forces out of balance, (n,), N, with those of the cracks, less the reactions of what the drives hold."""
+        residual = self.bulk(v) + crack - load * self.drive
+        if self._held_forces is not None:
+            residual -= self._held_forces
+        if (allowed := self.loading.allowed) is not None:
+            residual[self.drives] = allowed @ (allowed.T @ residual[self.drives])
+        return residual
+
     def elastic_energy(self, v: Array) -> float:
-        """Energy of the bulk and the spring, N mm."""
-        energy = 0.5 * float(v @ self.stiffness.apply(v))
-        if self.rest is not None:  # what it holds beyond the energy it was put in with
-            energy += 0.5 * self.spring * ((float(v[self.drives[0]]) - self.rest) ** 2 - (self.taken - self.rest) ** 2)
+        """Energy of the bulk and the springs, N mm."""
+        force = self.stiffness.apply(v)
+        energy = 0.5 * float(v @ force)
+        if len(self.springs.acting):
+            energy += self.springs.energy(v[self.drives])
+        if self._dead_motion is not None:  # without the potential of the dead loads
+            energy -= float(v[self._dead_motion] * force[self._dead_motion])
         return energy
 
-    def entries(self, tangent: Array) -> Entries:
-        """Tangent stiffness of the points, with tangents (p, c, c), and of the spring."""
-        rows, columns, values = self.operator.stiffness(tangent)
-        if self.rest is None:
-            return rows, columns, values
-        at = self.drives[:1]
-        return np.append(rows, at), np.append(columns, at), np.append(values, self.spring)
+    @cached_property
+    def _dead_motion(self) -> int | None:
+        """Unknown that is the factor of the dead loads; the force on it is minus the work that they, whole, do by all
+        displacements, over `dead_factor`."""
+        dead = self.loading.drives.get(DEAD)
+        return None if dead is None else int(self.drives[dead.motions[0]])
 
-    def unbalanced(self, residual: Array) -> Array:
-        """The residual without the reaction that holds the drives across their direction."""
-        if self.free is not None:
-            residual[self.drives] = self.direction * (self.direction @ residual[self.drives])
-        return residual
+    def work(self, start: State, now: Guess) -> float:
+        """Work of all loads from one state to another, by the trapezoidal rule, N mm."""
+        change = now.v - start.v
+        work = 0.0 if self.loading.active == DEAD else 0.5 * (start.load + now.load) * float(self.drive @ change)
+        if self._held_forces is not None:
+            work += float(self._held_forces @ change)
+        if (at := self._dead_motion) is not None:
+            force = [float(self.stiffness.apply(v)[at]) for v in (start.v, now.v)]
+            work -= 0.5 * float(start.v[at] + now.v[at]) * (force[1] - force[0])
+        return work
+
+    def entries(self, tangent: Array) -> Entries:
+        """Tangent stiffness of the points, with tangents (p, c, c), and of the springs."""
+        rows, columns, values = self.operator.stiffness(tangent)
+        acting = self.springs.acting
+        if not len(acting):
+            return rows, columns, values
+        at = self.drives[acting]
+        return np.append(rows, at), np.append(columns, at), np.append(values, self.springs.stiffness[acting])
 
     @cached_property
     def rounding(self) -> float:
@@ -169,12 +246,18 @@ class Problem:
         return self.stiffness.scale + float(np.bincount(self.operator.index.ravel(), force.ravel()).max())
 
     def initial(self) -> State:
-        """The unloaded, undamaged state."""
+        """The undamaged state without loads, or that under dead loads alone."""
+        if self.start is not None:
+            return self.start
         return State(np.zeros(self.operator.size), 0.0, self.point_law.initial())
 
+    def motion(self, row: Array, state: Guess) -> float:
+        """A linear measure of the unknowns, (n,), counted from the body under its dead loads, mm."""
+        return float(row @ (state.v if self.start is None else state.v - self.start.v))
+
     def measure(self, name: str, state: State) -> float:
-        """Value of a linear measure."""
-        return float(self.measures[name] @ state.v)
+        """Value of a linear measure, mm."""
+        return self.motion(self.measures[name], state)
 
     def describe(self, point: int) -> str:
         """Coordinates of a point, for messages."""
@@ -182,9 +265,9 @@ class Problem:
         return f"({', '.join(f'{x:.4g}' for x in coordinates)})"
 
     def at_rest(self, state: State) -> State:
-        """The same state with the load and the motion along this direction of the drives."""
-        force = self.internal_force(state)
-        return replace(state, load=float(self.drive @ force), driven=float(self.drive @ state.v))
+        """The same state with the load and the motion of the drive that is moved."""
+        load = self.loading.force(self.loading.active, self.driven_forces(state))
+        return replace(state, load=load, driven=self.motion(self.drive, state))
 
     def response(self, tangent: Array) -> Array:
         """Change of the unknowns under one more newton of load, (n,), with tangents (p, c, c) at the points."""
@@ -200,8 +283,8 @@ class Problem:
         tangent = self.point_law.elastic()
         stress = np.einsum("pij,pj->pi", tangent, self.operator.deformation(motion))
         force = self.stiffness.apply(motion) + self.operator.force(stress)
-        if self.rest is not None:
-            force[self.drives[0]] += self.spring * motion[self.drives[0]]
+        acting = self.springs.acting
+        force[self.drives[acting]] += self.springs.stiffness[acting] * motion[self.drives[acting]]
         nothing = np.zeros_like(motion)
         try:
             entries = self.entries(tangent)

@@ -77,7 +77,7 @@ def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
     if nucleated is not None:
         start = replace(start, cracks=nucleated)
         cracks, _ = problem.point_law.update(problem.operator.deformation(v), nucleated)
-    residual = problem.unbalanced(problem.bulk(v) + problem.operator.force(cracks.stress) - load * problem.drive)
+    residual = problem.residual(v, problem.operator.force(cracks.stress), load)
     error = float(np.linalg.norm(residual)) / abs(load)
     if error > problem.tol:
         raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")

@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import ParameterError
 from .columns import UNLOADED, WATCHED
 from .controls import CONTROLS
+from .loading import WAYS
 
 #: steps to a target, if neither their number nor their size is given
 DEFAULT_STEPS = 50
@@ -65,6 +66,18 @@ class Stage:
         "take over the force that holds it where the first such stage begins",
     )
 
+    drive: str | None = _key(
+        None,
+        "name of the drive that is moved, if the specimen has several; load and driven are its own; default: the one of the "
+        "stage before, at first the first one",
+    )
+    others: Any = _key(
+        None,
+        "what is done to the other drives, {name = 'force'} (held at the force reached), 'motion' (held where it is) or "
+        "'free' (no force); it stays until another stage says otherwise. The one that was moved before, and those that no "
+        "stage has named, are held at their force",
+    )
+
     def __post_init__(self) -> None:
         if self.control not in CONTROLS:
             raise _refused("control", self.control, f"one of {', '.join(CONTROLS)}")
@@ -79,10 +92,21 @@ class Stage:
             raise _refused("to", self.to, f"growing numbers above 0, {self.control} cannot fall")
         if self.steps is not None and self.step is not None:
             raise ParameterError(f"steps = {self.steps}, step = {self.step}: expected one of the two", "steps")
+        if self.others is not None and not (
+            isinstance(self.others, dict) and all(isinstance(way, str) and way in WAYS for way in self.others.values())
+        ):
+            raise _refused("others", self.others, "{name of a drive = 'force' or 'motion' or 'free'}")
+        if self.others and self.drive in self.others:
+            raise _refused("others", self.others, f"other drives than drive = {self.drive!r}, which the stage moves")
         _check_event("until", self.until, WATCHED)
         _check_event("unload", self.unload, UNLOADED)
         if self.unload is not None and not can_fall:
             raise ParameterError(f"unload = {self.unload!r}: {self.control} cannot fall; expected another control", "unload")
+
+    @property
+    def redirects(self) -> bool:
+        """Whether it says anything of the drives."""
+        return any(value is not None for value in (self.angle, self.hold, self.drive, self.others))
 
     def count(self, distance: float) -> float:
         """Number of steps, not always whole, to a distance."""

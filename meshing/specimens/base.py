@@ -38,11 +38,13 @@ class Support:
     at : Location
     direction : unit vector; None: every direction.
     lever : half the length along x of a face that rotates freely about its centre, mm.
+    stiffness : of a support that gives way, N/mm; the nodes then move together. None: it does not.
     """
 
     at: Location
     direction: Direction | None = None
     lever: float | None = None
+    stiffness: float | None = None
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Drive:
     holds_jumps : whether the faces of a crack move together here; None: if there is more than one node.
     share : of the motion of the whole, in one half of it.
     spring : stiffness that resists the motion along `direction` where a stage leaves it free, N/mm.
+    against : a second location, on which the opposite force acts; the driven motion is that of `at` against it.
     """
 
     at: Location
@@ -67,6 +70,37 @@ class Drive:
     holds_jumps: bool | None = None
     share: float = 1.0
     spring: float = 0.0
+    against: Location | None = None
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """A pressure that stays, on faces of elements.
+
+    Parameters
+    ----------
+    at : name of a point set; faces all of whose nodes it has
+    value : MPa, positive where it presses on the body
+    """
+
+    at: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Region:
+    """Elastic elements with constants of their own.
+
+    Parameters
+    ----------
+    E : MPa
+    nu : Poisson's ratio
+    density : kg/m^3; None: that of the material
+    """
+
+    E: float
+    nu: float
+    density: float | None = None
 
 
 @dataclass(frozen=True)
@@ -119,11 +153,23 @@ class Specimen(ABC):
 
     @abstractmethod
     def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
-        """Where it is driven, by name: one entry."""
+        """Where it is driven, by name; the first is moved unless a stage says otherwise."""
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
         """Where its opening and sliding are measured, by name: one entry, or none for the mean jump over the crack."""
         return {}
+
+    def pressures(self) -> list[Pressure]:
+        """Pressures on its faces."""
+        return []
+
+    def regions(self) -> Mapping[str, Region]:
+        """Elastic parts with constants of their own; `cell_data["region"]` of its meshes tells their elements."""
+        return {}
+
+    def gravity(self) -> Direction | None:
+        """Unit vector along which its weight acts; None: along -y."""
+        return None
 
     def symmetry(self) -> Direction | None:
         """Normal of the plane of the crack about which it is symmetric, so that one half may stand for the whole."""

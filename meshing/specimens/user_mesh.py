@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +17,9 @@ from ..files import read_mesh
 from ..keys import check_keys, key
 from ..paths import Line
 from ..sizes import MeshSizes
-from .base import Direction, Drive, Gauge, Location, Specimen, Support, polylines
+from .base import Direction, Drive, Gauge, Pressure, Region, Specimen, Support, polylines
 from .registry import register_specimen
+from .user_entries import are_names, drives_of, location, pressures_of, regions_of, support_of, unit_vector
 
 
 @register_specimen("mesh")
@@ -34,10 +34,22 @@ class UserMesh(Specimen):
     file: str = key("mesh in any format that meshio reads, lengths in mm; relative to the scene file")
     crack: Any = key(
         "name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges; in 3D, name "
-        "of a set of triangles or quadrilaterals on the crack surface, or of its nodes"
+        "of a set of triangles or quadrilaterals on the crack surface, or of its nodes; or a list of such names"
     )
-    supports: Any = key("list of {at = location, direction = [x, y]}: no motion of these nodes along the direction")
-    drive: Any = key("{at = location, direction = [x, y]}: these nodes move together along the direction")
+    supports: Any = key(
+        "list of {at = location, direction = [x, y]}: no motion of these nodes along the direction; with stiffness = N/mm "
+        "they move together and the support gives way"
+    )
+    drive: Any = key(
+        "{at = location, direction = [x, y]}: these nodes move together along the direction; with against = location the "
+        "opposite force acts there, and the driven motion is that of the one against the other",
+        None,
+    )
+    drives_: Any = key(
+        "instead of drive, several: list of {name = ..., at = location, direction = [x, y]}, each also with against; a stage "
+        "moves one of them, at first the first one",
+        None,
+    )
     thickness: float | None = key("thickness of a 2D mesh; a 3D one has none", None, unit="mm", above=0)
     gauge_minus: Any = key(
         "location from which the opening is measured, positive where gauge_plus parts from it; default: the mean jump over "
@@ -52,22 +64,39 @@ class UserMesh(Specimen):
         None,
     )
 
+    regions_: Any = key(
+        "{name = {E = MPa, nu = number, density = kg/m^3}} for sets of elements that have elastic constants of their own and "
+        "never crack; density if it is not that of the material",
+        None,
+    )
+    pressures_: Any = key(
+        "list of {at = set of nodes, value = MPa}: a pressure on the faces between these nodes, before the first stage and on",
+        None,
+    )
+    down: Any = key("direction in which the weight acts, with material.density; default: along -y", None)
+
     dimensions: ClassVar[tuple[int, ...]] = ()
     is_sized: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         check_keys(self, MeshError)
-        if not isinstance(self.crack, str):
+        if not isinstance(self.crack, str) and not are_names(self.crack):
             object.__setattr__(self, "crack", polylines(self.crack))
         if not isinstance(self.supports, list) or not self.supports:
             raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
-        object.__setattr__(self, "supports", [_motion("supports", entry) for entry in self.supports])
-        object.__setattr__(self, "drive", _motion("drive", self.drive))
+        for name, value in (
+            ("supports", [support_of(entry) for entry in self.supports]),
+            ("drives_", drives_of(self.drive, self.drives_)),
+            ("regions_", regions_of(self.regions_)),
+            ("pressures_", pressures_of(self.pressures_)),
+            ("down", None if self.down is None else unit_vector("down", self.down)),
+        ):
+            object.__setattr__(self, name, value)
         if (self.gauge_minus is None) != (self.gauge_plus is None):
             raise MeshError("gauge_minus, gauge_plus: expected both or none", "gauge_minus")
         for name in ("gauge_minus", "gauge_plus"):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, _location(name, getattr(self, name)))
+                object.__setattr__(self, name, location(name, getattr(self, name)))
 
     def located(self, find: Callable[[str], Path]) -> UserMesh:
         """The same specimen, its file found."""
@@ -78,11 +107,15 @@ class UserMesh(Specimen):
     @property
     def paths(self) -> list[Line]:
         """The crack path; empty for a named set."""
-        return [] if isinstance(self.crack, str) else self.crack
+        return [] if self._is_named else self.crack
+
+    @property
+    def _is_named(self) -> bool:
+        return isinstance(self.crack, str) or are_names(self.crack)
 
     def mesh(self, sizes: MeshSizes | None = None, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """The file with its crack inserted, see `meshing.files.read_mesh`."""
-        return self._checked(read_mesh(self.file, self.crack))
+        return self._checked(read_mesh(self.file, self.crack, list(self.regions_)))
 
     def mesh_band(self, sizes: MeshSizes | None = None, width: float | None = None, *, dimension: int = 2) -> meshio.Mesh:
         """The file with its band, see `meshing.band_files.read_band_mesh`."""
@@ -91,16 +124,16 @@ class UserMesh(Specimen):
                 "band is missing: expected the name of the set of elements that form the band, or band.where = 'everywhere'",
                 "band",
             )
-        return self._checked(read_band_mesh(self.file, self.band, self._along))
+        return self._checked(read_band_mesh(self.file, self.band, self._along, list(self.regions_)))
 
     def mesh_body(self, sizes: MeshSizes | None = None, *, dimension: int = 2) -> meshio.Mesh:
         """The file as it is: cracks may form in all of its elements."""
-        return self._checked(read_band_mesh(self.file, None, self._along))
+        return self._checked(read_band_mesh(self.file, None, self._along, list(self.regions_)))
 
     @property
     def _along(self) -> Any:
         """Direction of the path, from end to end."""
-        return None if isinstance(self.crack, str) else np.subtract(self.crack[0][-1], self.crack[0][0])
+        return None if self._is_named else np.subtract(self.crack[0][-1], self.crack[0][0])
 
     def _checked(self, mesh: meshio.Mesh) -> meshio.Mesh:
         is_solid = mesh.points.shape[1] == 3
@@ -112,39 +145,24 @@ class UserMesh(Specimen):
 
     def held(self, *, half: bool = False) -> list[Support]:
         """As the key `supports` says."""
-        return [Support(at, direction) for at, direction in self.supports]
+        return list(self.supports)
 
     def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
-        """As the key `drive` says."""
-        return {"drive": Drive(*self.drive)}
+        """As the key `drives` or `drive` says."""
+        return dict(self.drives_)
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
         """As the keys `gauge_minus` and `gauge_plus` say."""
         return {} if self.gauge_plus is None else {"opening": Gauge(self.gauge_plus, self.gauge_minus)}
 
+    def pressures(self) -> list[Pressure]:
+        """As the key `pressures` says."""
+        return list(self.pressures_)
 
-def _location(name: str, value: Any) -> Location:
-    if isinstance(value, str):
-        return value
-    return _vector(name, value, "the name of a set or a point [x, y], in space [x, y, z]")
+    def regions(self) -> Mapping[str, Region]:
+        """As the key `regions` says."""
+        return dict(self.regions_)
 
-
-def _vector(name: str, value: Any, expected: str) -> Direction:
-    try:
-        components = tuple(float(c) for c in value)
-    except (TypeError, ValueError):
-        raise MeshError(f"{name} = {value!r}: expected {expected}", name) from None
-    if len(components) not in (2, 3) or not all(math.isfinite(c) for c in components):
-        raise MeshError(f"{name} = {value!r}: expected {expected}", name)
-    return components
-
-
-def _motion(name: str, entry: Any) -> tuple[Location, Direction]:
-    """{at, direction} as a location and a unit vector."""
-    if not isinstance(entry, dict) or set(entry) != {"at", "direction"}:
-        raise MeshError(f"{name} = {entry!r}: expected {{at = ..., direction = [x, y]}}", name)
-    direction = _vector(f"{name}.direction", entry["direction"], "two numbers [x, y], in space three")
-    length = math.hypot(*direction)
-    if not length > 0:
-        raise MeshError(f"{name}.direction = {entry['direction']!r}: expected a vector that is not zero", name)
-    return _location(f"{name}.at", entry["at"]), tuple(c / length for c in direction)
+    def gravity(self) -> Direction | None:
+        """As the key `down` says."""
+        return None if self.down is None else tuple(self.down)

@@ -44,8 +44,10 @@ class Layout:
         K, n = matrix.tocoo(), matrix.shape[0]
         if free is None:
             number, weight, m = np.arange(n), np.ones(n), n
-        else:  # every unknown follows one of those that are left
-            number, weight, m = free.indices.astype(np.int64), free.data, free.shape[1]
+        else:  # every unknown follows one of those that are left, or is held
+            moves, m = np.diff(free.indptr) > 0, free.shape[1]
+            number, weight = np.zeros(n, dtype=np.int64), np.zeros(n)
+            number[moves], weight[moves] = free.indices, free.data
 
         in_bulk, in_cracks = number[K.row] * m + number[K.col], number[rows] * m + number[columns]
         diagonal = np.arange(m) * (m + 1)  # which some solvers want to be there
@@ -63,7 +65,8 @@ class Layout:
         if self.free is None or free is None:
             alike = self.free is free
         else:
-            alike = np.array_equal(self.free.indices, free.indices) and np.array_equal(self.free.data, free.data)
+            parts = ((self.free.indptr, free.indptr), (self.free.indices, free.indices), (self.free.data, free.data))
+            alike = all(np.array_equal(own, other) for own, other in parts)
         return alike and np.array_equal(self.rows, rows) and np.array_equal(self.columns, columns)
 
     def _bounds(self, ranks: int) -> tuple[Index, Index]:

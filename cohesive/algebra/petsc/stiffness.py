@@ -106,7 +106,7 @@ class PetscStiffness:
 def uncondensed(bulk: Bulk) -> Condensation:
     """All unknowns, with the stiffness that PETSc factors."""
     transform, shape = bulk.unknowns.transform, bulk.points.shape
-    stiffness = PetscStiffness((transform.T @ bulk.stiffness @ transform).tocsc())
+    stiffness = PetscStiffness(bulk.reduced(transform))
     return Condensation("petsc", stiffness, np.arange(transform.shape[1]), Recovery(transform, shape), "")
 
 

@@ -1,0 +1,109 @@
+"""Dead loads: own weight and pressures on faces, as forces on the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import meshio
+import numpy as np
+
+from meshing.cells import CELLS
+from meshing.specimens import Specimen
+from meshing.specimens.base import Pressure
+from meshing.stars import Star
+
+from ..arrays import Array
+from ..elements.bulk import ElasticBlock
+from ..errors import SceneError
+from .mesh import CrackedMesh
+
+#: standard acceleration of gravity, m/s^2 (CGPM 1901)
+GRAVITY = 9.80665
+
+#: kg/m^3 times m/s^2 in N/mm^3
+_PER_VOLUME = 1e-9
+
+#: shares of the nodes in the load of a facet: of an edge [a, b(, mid)], of a face [corners(, mids)]
+_SHARES = {
+    (2, 2): [0.5, 0.5],
+    (2, 3): [1 / 6, 1 / 6, 2 / 3],
+    (3, 3): [1 / 3] * 3,
+    (3, 4): [1 / 4] * 4,
+    (3, 6): [0.0] * 3 + [1 / 3] * 3,
+}
+
+
+def dead_loads(
+    specimen: Specimen, mesh: CrackedMesh, blocks: Sequence[tuple[ElasticBlock, Array]], thickness: float
+) -> Array | None:
+    """Forces on the nodes of a mesh, (d m,), N; None if there are none.
+
+    Parameters
+    ----------
+    blocks : elements, each with their densities, kg/m^3.
+    thickness : of a plane body, mm; 1 in space.
+
+    Raises
+    ------
+    SceneError
+        For a direction of the weight in another dimension, or a set with no face of the body.
+    """
+    d = mesh.dimension
+    down = specimen.gravity() or (0.0, -1.0, 0.0)[:d]
+    if len(down) != d:
+        raise SceneError(f"specimen.down = {list(down)}: expected {d} numbers", "specimen.down")
+    force = np.zeros(mesh.points.shape)
+    for block, density in blocks:
+        if density.any():
+            force += block.body_force(_PER_VOLUME * GRAVITY * density[:, None] * np.asarray(down))
+    for pressure in specimen.pressures():
+        force += thickness * _pressed(mesh, pressure)
+    return force.ravel() if force.any() else None
+
+
+def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
+    """Forces of a pressure, (m, d), N for each mm of thickness in the plane."""
+    if pressure.at not in mesh.sets:
+        names = ", ".join(sorted(mesh.sets)) or "none"
+        raise SceneError(
+            f"specimen.pressures.at = {pressure.at!r}: the mesh has no such set; it has {names}", "specimen.pressures"
+        )
+    inside = np.zeros(len(mesh.points), dtype=bool)
+    inside[mesh.sets[pressure.at]] = True
+    force = np.zeros(mesh.points.shape)
+    found = False
+    for cells in _alike([*mesh.bulk, *mesh.band]):
+        star = Star.from_cells([(cell.type, np.asarray(cell.data)) for cell in cells])
+        at = (np.bincount(star.facet)[star.facet] == 1) & inside[star.nodes].all(axis=1)
+        found |= bool(at.any())
+        nodes, k = star.nodes[at], star.corners
+        outward = _outward(mesh.points, nodes[:, :k])
+        shares = np.array(_SHARES[(mesh.dimension, nodes.shape[1])])
+        np.add.at(force, nodes, -pressure.value * shares[None, :, None] * outward[:, None, :])
+    if not found:
+        raise SceneError(
+            f"specimen.pressures.at = {pressure.at!r}: no face of the body has all of its nodes in this set; expected the "
+            "nodes of some faces",
+            "specimen.pressures",
+        )
+    return force
+
+
+def _alike(blocks: Sequence[meshio.CellBlock]) -> list[list[meshio.CellBlock]]:
+    """Blocks in groups whose facets have the same number of nodes."""
+    groups: dict[int, list[meshio.CellBlock]] = {}
+    for block in blocks:
+        groups.setdefault(len(CELLS[block.type].facets[0]), []).append(block)
+    return list(groups.values())
+
+
+def _outward(points: Array, corners: Array) -> Array:
+    """Normals out of the body times lengths or areas, (n, d): an edge has its cell on its left, the normal of a face's ring
+    points into its cell."""
+    p = points[corners]
+    if points.shape[1] == 2:
+        along = p[:, 1] - p[:, 0]
+        return np.stack([along[:, 1], -along[:, 0]], axis=1)
+    if corners.shape[1] == 3:
+        return np.asarray(-0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
+    return np.asarray(-0.5 * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]))

@@ -1,0 +1,125 @@
+"""What a scene says of a user's mesh: its entries checked, each error naming its key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..errors import MeshError
+from .base import Direction, Drive, Location, Pressure, Region, Support
+
+#: names of drives begin columns of the history
+_NAME = "a name of letters, digits, - and _, that no other drive has"
+
+
+def are_names(value: Any) -> bool:
+    """Whether it is a list of names."""
+    return isinstance(value, list) and bool(value) and all(isinstance(each, str) for each in value)
+
+
+def location(name: str, value: Any) -> Location:
+    """The name of a set, or a point."""
+    if isinstance(value, str):
+        return value
+    return _vector(name, value, "the name of a set or a point [x, y], in space [x, y, z]")
+
+
+def unit_vector(name: str, value: Any) -> Direction:
+    """A direction of any length as a unit vector."""
+    direction = _vector(name, value, "two numbers [x, y], in space three")
+    length = math.hypot(*direction)
+    if not length > 0:
+        raise MeshError(f"{name} = {value!r}: expected a vector that is not zero", name)
+    return tuple(c / length for c in direction)
+
+
+def support_of(entry: Any) -> Support:
+    """{at, direction(, stiffness)}"""
+    _check_entry("supports", entry, {"at", "direction"}, {"stiffness"}, "{at = ..., direction = [x, y]}")
+    at, direction = location("supports.at", entry["at"]), unit_vector("supports.direction", entry["direction"])
+    stiffness = entry.get("stiffness")
+    if stiffness is not None:
+        _check_number("supports.stiffness", stiffness, lambda k: k > 0, "a number above 0, in N/mm")
+    return Support(at, direction, stiffness=stiffness)
+
+
+def drives_of(one: Any, several: Any) -> dict[str, Drive]:
+    """The drives by name, from the key `drive` or the key `drives`."""
+    if (one is None) == (several is None):
+        raise MeshError("drive, drives: expected one of these keys", "drive")
+    if several is None:
+        return {"drive": _drive("drive", one, set())}
+    if not isinstance(several, list) or not several:
+        raise MeshError(f"drives = {several!r}: expected a list of {{name = ..., at = ..., direction = [x, y]}}", "drives")
+    found: dict[str, Drive] = {}
+    for entry in several:
+        drive = _drive("drives", entry, {"name"})
+        name = entry["name"]
+        is_name = isinstance(name, str) and name.replace("-", "").replace("_", "").isalnum() and name.isascii()
+        if not is_name or name in found:
+            raise MeshError(f"drives.name = {name!r}: expected {_NAME}", "drives.name")
+        found[name] = drive
+    return found
+
+
+def regions_of(given: Any) -> dict[str, Region]:
+    """{name = {E, nu(, density)}}"""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not given:
+        raise MeshError(f"regions = {given!r}: expected {{name = {{E = ..., nu = ...}}}}", "regions")
+    for name, entry in given.items():
+        _check_entry(f"regions.{name}", entry, {"E", "nu"}, {"density"}, "{E = ..., nu = ...}")
+        _check_number(f"regions.{name}.E", entry["E"], lambda E: E > 0, "a number above 0, in MPa")
+        _check_number(f"regions.{name}.nu", entry["nu"], lambda nu: 0 <= nu < 0.5, "a number of at least 0 and below 0.5")
+        if "density" in entry:
+            _check_number(f"regions.{name}.density", entry["density"], lambda d: d >= 0, "a number of at least 0, in kg/m^3")
+    return {name: Region(**entry) for name, entry in given.items()}
+
+
+def pressures_of(given: Any) -> list[Pressure]:
+    """A list of {at, value}."""
+    if given is None:
+        return []
+    if not isinstance(given, list) or not given:
+        raise MeshError(f"pressures = {given!r}: expected a list of {{at = set, value = MPa}}", "pressures")
+    for entry in given:
+        _check_entry("pressures", entry, {"at", "value"}, set(), "{at = set of nodes, value = MPa}")
+        if not isinstance(entry["at"], str):
+            raise MeshError(f"pressures.at = {entry['at']!r}: expected the name of a set", "pressures.at")
+        _check_number("pressures.value", entry["value"], lambda p: True, "a number, in MPa")
+    return [Pressure(**entry) for entry in given]
+
+
+def _drive(key: str, entry: Any, further: set[str]) -> Drive:
+    """{at, direction(, against)} and further names."""
+    names = "".join(f"{name} = ..., " for name in further)
+    _check_entry(key, entry, {"at", "direction"} | further, {"against"}, f"{{{names}at = ..., direction = [x, y]}}")
+    at, direction = location(f"{key}.at", entry["at"]), unit_vector(f"{key}.direction", entry["direction"])
+    against = location(f"{key}.against", entry["against"]) if "against" in entry else None
+    if against == at:
+        raise MeshError(f"{key}.against = {against!r}: expected another location than at", f"{key}.against")
+    return Drive(at, direction, against=against)
+
+
+def _vector(name: str, value: Any, expected: str) -> Direction:
+    try:
+        components = tuple(float(c) for c in value)
+    except (TypeError, ValueError):
+        raise MeshError(f"{name} = {value!r}: expected {expected}", name) from None
+    if len(components) not in (2, 3) or not all(math.isfinite(c) for c in components):
+        raise MeshError(f"{name} = {value!r}: expected {expected}", name)
+    return components
+
+
+def _check_entry(name: str, entry: Any, needed: set[str], more: set[str], expected: str) -> None:
+    if not isinstance(entry, Mapping) or not needed <= set(entry) <= needed | more:
+        also = f", and {' or '.join(sorted(more))} if wanted" if more else ""
+        raise MeshError(f"{name} = {entry!r}: expected {expected}{also}", name)
+
+
+def _check_number(name: str, value: Any, holds: Callable[[float], bool], expected: str) -> None:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e100
+    if not is_number or not holds(value):
+        raise MeshError(f"{name} = {value!r}: expected {expected}", name)
