@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from .solver.controls import register_control
     from .studies.accuracy import settings_for
     from .studies.compare import Comparison, compare
+    from .studies.fit import fit
+    from .studies.sensitivities import sensitivities
     from .studies.trade import trade
 
 __all__ = [
@@ -27,10 +29,12 @@ __all__ = [
     "Scene",
     "SceneError",
     "compare",
+    "fit",
     "register_control",
     "register_softening",
     "register_specimen",
     "run",
+    "sensitivities",
     "settings_for",
     "trade",
 ]
@@ -45,10 +49,12 @@ _HOME = {
     "Scene": "scenes.scene",
     "SceneError": "errors",
     "compare": "studies.compare",
+    "fit": "studies.fit",
     "register_control": "solver.controls",
     "register_softening": "law.softening",
     "register_specimen": "meshing.specimens",
     "run": "simulation",
+    "sensitivities": "studies.sensitivities",
     "settings_for": "studies.accuracy",
     "trade": "studies.trade",
 }

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -90,14 +90,18 @@ class _Bordered(ABC):
     def scale(self) -> float:
         return float(abs(self.matrix).sum(axis=1).max())
 
+    def scaled(self: B, factor: float) -> B:
+        """The stiffness of a body so much stiffer, which remembers no factorization."""
+        return replace(self, matrix=factor * self.matrix, _reused=_Reused())
+
     @property
     def factorizations(self) -> int:
         """How many factorizations there have been."""
         return self._reused.made
 
     def factored(self, crack: Entries, load: Array, row: Array, corner: float, free: Free = None) -> Solve:
-        """The system of `solve`, factored anew for many right-hand sides: from [right, last], (n + 1, m), to [v, factor] of the
-        same shape, as exact as rounding allows.
+        """The system of `solve`, factored anew for many right-hand sides: from [right, last], (n + 1, m), to [v, factor], as
+        many, as exact as rounding allows.
 
         Raises
         ------
@@ -178,6 +182,9 @@ class _Bordered(ABC):
                 return None
             x += reused(y)
         return None
+
+
+B = TypeVar("B", bound=_Bordered)
 
 
 @dataclass(frozen=True)

@@ -98,9 +98,11 @@ class InterfaceSteps:
         p = len(self.loading) // self.count
         here = slice(i * p, (i + 1) * p)
         start, now = (InterfaceState(s.deformation[here], s.stress[here], s.Z[here]) for s in (self.start, self.now))
-        parts = (part[here] for part in (self.loading, self.kept, self.slope, self.tangent, self.stress_Z))
-        inside = (at[(at >= here.start) & (at < here.stop)] - here.start for at in (self.touching, self.touched))
-        return InterfaceSteps(start, now, 1, *parts, *inside)
+        touching, touched = (at[(at >= here.start) & (at < here.stop)] - here.start for at in (self.touching, self.touched))
+        return InterfaceSteps(
+            start, now, 1, self.loading[here], self.kept[here], self.slope[here], self.tangent[here], self.stress_Z[here],
+            touching, touched,
+        )  # fmt: skip
 
     def at_rest(self, variation: InterfaceVariation) -> tuple[Array, Array]:
         """Derivatives of the tractions (n p, d) and of the histories (n p,) at constant jumps and kept histories."""
@@ -164,7 +166,7 @@ class InterfaceSteps:
         """Histories at jumps, each point on its branch, those that are kept as they are."""
         Zeq, _ = law.plane.equivalent_jump(jump, gradient=False)
         Z = np.where(self.loading, Zeq, np.where(self.kept, self.start.Z, law.plane.Zt))
-        return np.maximum(Z, law.plane.Zt)
+        return np.asarray(np.maximum(Z, law.plane.Zt))
 
 
 def _stacked(states: Sequence[InterfaceState]) -> InterfaceState:

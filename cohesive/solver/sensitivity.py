@@ -10,9 +10,10 @@ so that one factorization at the consistent tangent T serves all parameters, and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -30,16 +31,26 @@ class Parameter:
 
     Attributes
     ----------
-    variation : of the crack points
-    bulk : derivative of the forces of the elastic bulk, (n,) from the unknowns (n,); None: the bulk does not change
+    below, above : Problem on the same unknowns, with the parameter changed both ways
+    half : half the difference of the parameter between them, in its unit
+    is_elastic : whether it changes the elastic bulk or a spring
     """
 
-    variation: InterfaceVariation
-    bulk: Callable[[Array], Array] | None = None
+    below: Problem
+    above: Problem
+    half: float
+    is_elastic: bool
+
+    @cached_property
+    def variation(self) -> InterfaceVariation:
+        """What it changes at the crack points."""
+        return InterfaceVariation(self.below.point_law, self.above.point_law, self.half)  # type: ignore[arg-type]
 
     def forces(self, v: Array) -> Array:
-        """Derivative of the forces of the bulk at constant unknowns, (n,)."""
-        return np.zeros_like(v) if self.bulk is None else self.bulk(v)
+        """Derivative of the forces of bulk and springs at constant unknowns, (n,)."""
+        if not self.is_elastic:
+            return np.zeros_like(v)
+        return (self.above.bulk(v) - self.below.bulk(v)) / (2.0 * self.half)
 
 
 def is_differentiated(control: str) -> bool:
@@ -49,7 +60,7 @@ def is_differentiated(control: str) -> bool:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Differentiates the steps of a march from the unloaded state, in one direction of the drives.
+    """Differentiates the steps of a march from the unloaded state, with interface points, one drive, and no dead loads.
 
     Attributes
     ----------
@@ -79,6 +90,8 @@ class Sensitivity:
         ----------
         energies : whether those of the energies are there; else they are 0, but for what the control needs.
         """
+        if not self.parameters:
+            return []
         size = self.problem.operator.size
         count, p = len(self.parameters), len(self.problem.operator.weights)
         explicit = [self.points.at_rest(each.variation) for each in self.parameters]
@@ -174,11 +187,11 @@ class Sensitivity:
         )
         dissipated, contact = np.cumsum(dissipated), np.cumsum(contact)
         work, found = 0.0, []
-        for i, (old, new) in enumerate(zip(rates[:-1], rates[1:], strict=True)):
+        for i, (old, new) in enumerate(pairwise(rates)):
             start, now = states[i], states[i + 1]
             work += 0.5 * (old.load + new.load) * float(problem.drive @ (now.v - start.v))
             work += 0.5 * (start.load + now.load) * float(problem.drive @ (new.v - old.v))
-            elastic = float(now.v @ (problem.stiffness.apply(new.v) + 0.5 * parameter.forces(now.v)))
+            elastic = float(problem.bulk(now.v) @ new.v + 0.5 * parameter.forces(now.v) @ now.v)
             energy = (work, elastic, float(stored[i]), float(dissipated[i]), float(contact[i]))
             found.append(State(new.v, new.load, new.cracks, new.driven, *energy))
         return found

@@ -1,0 +1,210 @@
+"""A scene that is run again and again with other values: mesh and condensed stiffness are kept for as long as they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..errors import SceneError
+from ..model.build import build
+from ..model.model import Model
+from ..model.other_material import with_material
+from ..scenes.scene import Scene
+from ..solver.march import March, Step
+from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
+from ..solver.stages import Stage
+
+#: relative change of a parameter for the derivative of the law at a fixed state, and for that of a whole run
+_AT_A_STATE, _OF_A_RUN = 1e-6, 1e-4
+
+#: tolerance of the runs that are differenced
+_TIGHT = 1e-10
+
+#: parameters of the material that change more than the law and a factor of the stiffness
+_NOT_OF_THE_LAW = ("material.nu", "material.density")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What a run has recorded.
+
+    Attributes
+    ----------
+    scene : Scene that was run
+    stages : its stages
+    model : Model
+    steps : list of Step
+    history : {column: (n,) array} of what belongs to a state
+    """
+
+    scene: Scene
+    stages: Sequence[Stage]
+    model: Model
+    steps: list[Step]
+    history: dict[str, Array]
+
+
+@dataclass
+class Rig:
+    """Runs a scene with changed values on one mesh.
+
+    The sizes of the mesh and the width of the crack plane are those of the scene as it was given: their defaults follow the
+    material, and would make the response jump.
+
+    Attributes
+    ----------
+    scene : Scene, with sizes and width fixed
+    runs, condensations, sensitivities : how often each was done so far
+    """
+
+    scene: Scene
+    runs: int = field(default=0, init=False)
+    condensations: int = field(default=0, init=False)
+    sensitivities: int = field(default=0, init=False)
+    _built: tuple[Scene, Model] | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.scene = self.scene.with_(**_sizes(self.scene))
+        if self.scene.model.kind == "discrete" and self.scene.interface.width is None:
+            width = self.model(self.scene).cracks.width
+            model = self._built
+            self.scene = self.scene.with_(**{"interface.width": width})
+            self._built = None if model is None else (self.scene, model[1])
+
+    def model(self, scene: Scene) -> Model:
+        """The model of a scene that differs from the last one in some values."""
+        if self._built is not None:
+            old, model = self._built
+            if old is scene:
+                return model
+            if _but_for_material(old) == _but_for_material(scene):
+                other = with_material(model, old.material, scene.material)
+                if other is not None:
+                    return other
+        self.condensations += 1
+        model = build(scene)
+        self._built = (scene, model)
+        return model
+
+    def run(self, values: Mapping[str, float], stages: Sequence[Stage] | None = None, tol: float | None = None) -> Rows:
+        """Run with some values changed.
+
+        Parameters
+        ----------
+        stages : instead of those of the scene.
+        tol : tolerance instead of that of the scene.
+
+        Raises
+        ------
+        SceneError, NotConverged
+        """
+        scene = self.scene.with_(**values)
+        stages = scene.stages if stages is None else stages
+        model = self.model(scene)
+        if tol is not None:
+            model = replace(model, problem=replace(model.problem, tol=tol))
+        steps = list(March(model.problem, list(stages), model.record, scene.solver.step_growth))
+        self.runs += 1
+        records = [model.record(step.equilibrium.state) for step in steps]
+        names = records[0] if records else ()
+        return Rows(scene, stages, model, steps, {name: np.array([r[name] for r in records]) for name in names})
+
+    def is_exact(self, keys: Sequence[str], stages: Sequence[Stage]) -> bool:
+        """Whether the steps of these stages can be differentiated in some keys."""
+        whole = self.scene.model.kind == "discrete" and self.scene.solver.condensation != "petsc"
+        plain = all(is_differentiated(stage.control) and not stage.redirects for stage in stages)
+        return whole and plain and all(_is_of_law(key) or _is_of_spring(key) for key in keys)
+
+    def derivatives(
+        self, rows: Rows, values: Mapping[str, float], keys: Sequence[str], energies: bool = True
+    ) -> dict[str, dict[str, Array]]:
+        """Derivatives of all columns of a run in some keys, {key: {column: (n,) array}}, see `is_exact`."""
+        parameters, halves = [], []
+        for key in keys:
+            value = value_of(rows.scene, key)
+            half = _AT_A_STATE * (abs(value) or 1.0)
+            ends = [self.model(self.scene.with_(**{**values, key: value + by})).problem for by in (-half, half)]
+            ends = [replace(each, tol=rows.model.problem.tol) for each in ends]
+            parameters.append(Parameter(ends[0], ends[1], half, key == "material.E" or not _is_of_law(key)))
+            halves.append(1e-4 * (abs(value) or 1.0))
+        rates = Sensitivity(rows.model.problem, rows.steps, parameters).rates(energies)
+        self.sensitivities += 1
+        found = {}
+        for key, by, rate in zip(keys, halves, rates, strict=True):
+            states = [step.equilibrium.state for step in rows.steps]
+            ends_of = [
+                [rows.model.record(moved(state, each, sign * by)) for state, each in zip(states, rate, strict=True)]
+                for sign in (1.0, -1.0)
+            ]
+            found[key] = {
+                name: np.array([(high[name] - low[name]) / (2.0 * by) for high, low in zip(*ends_of, strict=True)])
+                for name in rows.history
+            }
+        return found
+
+    def differences(
+        self, values: Mapping[str, float], keys: Sequence[str], stages: Sequence[Stage], targets: Callable[[Rows], Index]
+    ) -> dict[str, dict[str, Array]]:
+        """Central differences of whole runs at the rows of given targets, {key: {column: (k,) array}}."""
+        found = {}
+        for key in keys:
+            value = value_of(self.scene.with_(**values), key)
+            half = _OF_A_RUN * (abs(value) or 1.0)
+            below, above = (
+                self.run({**values, key: value + by}, stages, tol=min(_TIGHT, self.scene.solver.tol)) for by in (-half, half)
+            )
+            at = [targets(rows) for rows in (below, above)]
+            k = min(len(rows) for rows in at)
+            found[key] = {
+                name: (above.history[name][at[1][:k]] - below.history[name][at[0][:k]]) / (2.0 * half)
+                for name in above.history
+            }
+        return found
+
+
+def _sizes(scene: Scene) -> dict[str, float]:
+    """The sizes of the mesh that a scene leaves to the rule."""
+    if scene.sizes is None:
+        return {}
+    return {"mesh.crack_size": scene.sizes.crack_size, "mesh.far_size": scene.sizes.far_size}
+
+
+def _but_for_material(scene: Scene) -> dict[str, Any]:
+    """What the mesh and the boundary of a scene follow from."""
+    return {
+        name: table for name, table in scene.data.items() if name not in ("material", "stage", "reference", "output", "title")
+    }
+
+
+def _is_of_law(key: str) -> bool:
+    return key.startswith("material.") and key not in _NOT_OF_THE_LAW
+
+
+def _is_of_spring(key: str) -> bool:
+    return key.startswith("specimen.") and key.endswith("stiffness")
+
+
+def value_of(scene: Scene, key: str) -> float:
+    """The number that a scene has for a dotted key.
+
+    Raises
+    ------
+    SceneError
+        If there is none.
+    """
+    place: Any = scene.data
+    for part in key.split("."):
+        try:
+            place = place[int(part)] if isinstance(place, list) else place[part]
+        except (KeyError, IndexError, ValueError, TypeError):
+            place = None
+            break
+    if place is None and key.startswith("material.") and key.count(".") == 1:  # a default, or one of a preset
+        place = getattr(scene.material, key.split(".")[1], None)
+    if isinstance(place, bool) or not isinstance(place, (int, float)):
+        raise SceneError(f"{key}: the scene has no number there; expected a key with a number as its start", key)
+    return float(place)
