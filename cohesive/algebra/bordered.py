@@ -22,7 +22,7 @@ Entries = tuple[Index, Index, Array]
 #: (n, k) matrix of the motions that are allowed; None: all
 Free: TypeAlias = sp.csr_array | None
 
-#: the solution from a right-hand side, (n,) each, or from m of them, (n, m)
+#: the solution from a right-hand side, (n,) each; what `factored` returns takes m of them, (n, m)
 Solve: TypeAlias = Callable[[Array], Array]
 
 #: residual of a step by a reused factorization, relative to its forces: Newton's method still gains six digits
@@ -113,10 +113,13 @@ class _Bordered(ABC):
         unit = self._unit(crack, row)
         inner = self._factor(crack, load, unit * row, unit * corner, free)
 
-        def solve(right: Array) -> Array:
+        def one(right: Array) -> Array:
             forces = right[:-1] if free is None else free.T @ right[:-1]
-            x = inner(np.concatenate([forces, unit * right[-1:]]))
-            return x if free is None else np.concatenate([free @ x[:-1], x[-1:]])
+            x = inner(np.append(forces, unit * right[-1]))
+            return x if free is None else np.append(free @ x[:-1], x[-1])
+
+        def solve(right: Array) -> Array:  # one by one: LAPACK would start threads for several, which take longer to meet
+            return np.stack([one(column) for column in right.T], axis=1)
 
         return solve
 
@@ -248,7 +251,7 @@ class SparseStiffness(_Bordered):
 
         def solve(right: Array) -> Array:
             v = factor.solve(right[:-1][order])[back]
-            change = np.asarray((right[-1] - row @ v) / slope)
-            return np.concatenate([v + np.multiply.outer(moved, change), change[None]])
+            change = (right[-1] - row @ v) / slope
+            return np.append(v + change * moved, change)
 
         return solve

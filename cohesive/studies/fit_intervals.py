@@ -69,7 +69,7 @@ def statistics(problem: FitProblem, trial: Trial, scatter: Array | None = None) 
     from scipy.stats import t as student  # slow to import
 
     residuals, jacobian = trial.residuals, problem.jacobian(trial.z)
-    n, m = jacobian.shape
+    m = jacobian.shape[1]
     count = effective_count(sequences(problem, residuals))
     freedom = max(count - m, 1.0)
     size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-12)
