@@ -62,7 +62,7 @@ def run(
         built.timings["newton"] = time.perf_counter() - clock
         return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference)
 
-    with HistoryWriter(output) as writer:
+    with HistoryWriter(output, [column.name for column in built.columns]) as writer:
         try:
             built = replace(built, problem=under_dead_loads(built.problem))
             for step in March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes):

@@ -1,4 +1,4 @@
-"""From what a specimen says of itself to constraints and measures on the nodes of its mesh."""
+"""From what a specimen says of itself to constraints on the nodes of its mesh."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from meshing.specimens import Drive, Gauge, Specimen, Support
+from meshing.specimens import Drive, Specimen, Support
 from meshing.specimens.base import Direction, Location
 
 from ..algebra.unknowns import Constraint
 from ..arrays import Array, Index
-from ..elements.interface import Interface
-from ..elements.rotations import rotations
 from ..errors import SceneError
 from ..solver.loading import Actuator
 from .mesh import CrackedMesh
@@ -50,7 +48,7 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
     given = list(specimen.held(half=half))
     if mesh.dimension == 3:
         given += specimen.held_across(plane)
-    given = [replace(each, direction=_extended(specimen, mesh, each.direction)) for each in given]
+    given = [replace(each, direction=extended(specimen, mesh, each.direction)) for each in given]
     motions: list[Constraint] = []
     drives: dict[str, Actuator] = {}
     later: list[float] = []
@@ -70,13 +68,13 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
             motions += held
             acting += [support.stiffness * (2.0 if half else 1.0)] * len(held)  # the energy of a half is doubled
     mirror = None
-    if half and mesh.crack is not None and (normal := _extended(specimen, mesh, specimen.symmetry())) is not None:
+    if half and mesh.crack is not None and (normal := extended(specimen, mesh, specimen.symmetry())) is not None:
         mirror = Constraint("crack", np.unique(mesh.crack.data), normal)
     later += [0.0] * (len(motions) - len(later))
     return Boundary(supports, motions, mirror, drives, np.array(acting), np.array(later))
 
 
-def _extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -> Direction | None:
+def extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -> Direction | None:
     """A direction of a 2D specimen that is extruded, with its third component."""
     is_extruded = mesh.dimension == 3 and 2 in specimen.dimensions
     return (*vector, 0.0) if is_extruded and vector is not None and len(vector) == 2 else vector
@@ -95,9 +93,9 @@ def _drive(specimen: Specimen, mesh: CrackedMesh, drive: Drive) -> list[Constrai
 
     def motion(at: Location, direction: Direction | None, lever: float | None, holds: bool | None) -> Constraint:
         nodes = nodes_at(mesh, "drive.at", at)
-        extended = _extended(specimen, mesh, direction)
-        assert extended is not None
-        along = _components(mesh, "drive.direction", extended)
+        given = extended(specimen, mesh, direction)
+        assert given is not None
+        along = _components(mesh, "drive.direction", given)
         return Constraint(_name(at, "drive"), nodes, along, drive.share, _lever(mesh, nodes, lever), holds)
 
     motions = [motion(drive.at, drive.direction, drive.lever, drive.holds_jumps)]
@@ -144,67 +142,3 @@ def nodes_at(mesh: CrackedMesh, key: str, at: Location) -> Index:
             f"specimen.{key}",
         )
     return np.flatnonzero(distance < 1e-6 * size)
-
-
-def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
-    """Opening and sliding as linear measures of the nodes' displacements, (d m,) each.
-
-    Parameters
-    ----------
-    specimen : whose gauges are taken; without one the mean jump over the crack.
-    faces : those of the crack path, if there is one.
-
-    Raises
-    ------
-    SceneError
-        If nothing tells what the opening is.
-    """
-    if gauges := specimen.gauges(half=half):
-        ((_, gauge),) = gauges.items()
-        gauge = replace(gauge, direction=_extended(specimen, mesh, gauge.direction))
-        return _relative_motion(gauge, mesh, faces)
-    if faces is None:
-        keys = [f"specimen.{key}" for key in ("gauge_minus", "gauge_plus", "gauge") if hasattr(specimen, key)]
-        raise SceneError(
-            f"{', '.join(keys)}: this band has no faces whose mean jump could be the opening; expected a gauge", *keys[:1]
-        )
-    return {
-        name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
-        for name, unit in zip(("opening", "sliding"), np.eye(mesh.dimension), strict=False)
-    }
-
-
-def _relative_motion(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
-    """Motion of one location against another one, or against its mirror image, which opens alike and slides with it. Sliding
-    is that along the first tangent of `elements.rotations.rotations`."""
-    d, plus = mesh.dimension, nodes_at(mesh, "gauge_plus", gauge.plus)
-    minus = plus if gauge.minus is None else nodes_at(mesh, "gauge_minus", gauge.minus)
-    apart = mesh.points[plus].mean(axis=0) - mesh.points[minus].mean(axis=0)
-    normal = np.asarray(_gauge_normal(gauge, mesh, faces, apart))
-    found = {}
-    for name, direction in zip(("opening", "sliding"), rotations(normal[None])[0], strict=False):
-        row = np.zeros(mesh.points.size)
-        sign = 1.0 if gauge.minus is None and name == "opening" else -1.0
-        for nodes, factor in ((plus, 1.0), (minus, sign)):
-            for axis in range(d):
-                np.add.at(row, d * nodes + axis, factor * direction[axis] / len(nodes))
-        if name == "opening" and not row.any():
-            raise SceneError(
-                "specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places",
-                "specimen.gauge_minus",
-            )
-        found[name] = row
-    return found
-
-
-def _gauge_normal(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None, apart: Array) -> Array:
-    """Direction in which the opening is measured: as given, else the crack's mean normal, from minus to plus."""
-    if gauge.direction is not None:
-        return np.array(gauge.direction)
-    mean = apart if faces is None else faces.weights @ faces.normals / faces.area
-    length = np.hypot.reduce(mean)
-    if length < 1e-9:
-        raise SceneError(
-            "specimen.gauge: the crack has no mean normal to measure along; leave the gauge out", "specimen.gauge"
-        )
-    return np.asarray((-1.0 if mean @ apart < 0 else 1.0) * mean / length)

@@ -23,10 +23,11 @@ from ..scenes.scene import Scene
 from ..solver.loading import DEAD, Actuator, Loading
 from ..solver.problem import Problem, Springs
 from .band import band_note, band_part
-from .boundary import Boundary, boundary, measures
+from .boundary import Boundary, boundary
 from .checks import check_stages
 from .cracks import CrackPart
 from .dead_loads import dead_loads
+from .gauges import measures
 from .interface import interface_part
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model

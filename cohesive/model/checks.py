@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..law.concrete import Concrete
-from ..solver.controls import CONTROLS
+from ..solver.controls import control_of
 from ..solver.loading import Loading
 from ..solver.problem import Problem
 from ..solver.stages import Stage
@@ -44,7 +44,7 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     loading = problem.loading
     for i, stage in enumerate(stages):
         loading = _check_drives(i, stage, loading)
-        if max(stage.targets) > CONTROLS[stage.control].most(available):
+        if max(stage.targets) > control_of(stage.control).most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
                 f"stage.{i}.to",
@@ -83,7 +83,7 @@ def _check_first_control(first: Stage, problem: Problem) -> None:
     """Refuse a measure that the drive does not change while the body is elastic."""
     loading = problem.loading.after(first.drive, first.others or {}, np.zeros(problem.loading.count))
     problem = replace(problem, loading=loading.turned(first.angle, first.hold))
-    control, start = CONTROLS[first.control], problem.initial()
+    control, start = control_of(first.control), problem.initial()
     if not control.is_motion or (row := control.equation(problem, 0.0, start, start).row) is problem.drive:
         return
     elastic = problem.response(problem.point_law.elastic())

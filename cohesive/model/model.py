@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ..algebra.choice import Condensation
 from ..elements.bulk import ElasticBlock
+from ..solver.columns import COLUMN_NAMES, Column, columns_of
 from ..solver.problem import Problem, State
 from .cracks import CrackPart
 from .mesh import CrackedMesh
@@ -53,6 +54,11 @@ class Model:
         """Number of unknowns that Newton's method works on."""
         return len(self.condensation.unknowns)
 
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns of the history of its runs."""
+        return columns_of(self.problem.measures)
+
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""
         problem, mean = self.problem, self.cracks.mean_traction(state)
@@ -68,4 +74,5 @@ class Model:
             "stored": state.stored,
             "dissipated": state.dissipated,
             "contact_work": state.contact_work,
+            **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
         }

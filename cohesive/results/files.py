@@ -22,7 +22,6 @@ import meshio
 from ..errors import ParameterError, SceneError
 from ..law.softening_choice import softening_data
 from ..scenes.scene import dump_toml
-from ..solver.columns import COLUMN_NAMES
 from .agreement import agreement_facts
 from .frames import frame_mesh
 
@@ -32,9 +31,10 @@ if TYPE_CHECKING:
 
 
 class HistoryWriter:
-    """history.csv that grows by whole rows; without a folder it writes nothing."""
+    """history.csv with columns of some names that grows by whole rows; without a folder it writes nothing."""
 
-    def __init__(self, folder: str | Path | None) -> None:
+    def __init__(self, folder: str | Path | None, names: Sequence[str]) -> None:
+        self._names = names
         self._folder = None if folder is None else Path(folder)
         self._file: FileIO | None = None
 
@@ -45,12 +45,12 @@ class HistoryWriter:
                 self._file = open(self._folder / "history.csv", "wb", buffering=0)
             except OSError as error:
                 raise _refused(self._folder / "history.csv", error) from None
-            self._append(COLUMN_NAMES)
+            self._append(self._names)
         return self
 
     def write(self, row: dict[str, float]) -> None:
         """Append a row; SceneError if the disk is full; a row is then written whole or not at all."""
-        self._append([format_value(row[name]) for name in COLUMN_NAMES])
+        self._append([format_value(row[name]) for name in self._names])
 
     def _append(self, row: Sequence[str]) -> None:
         if self._file is None or self._folder is None:
@@ -116,8 +116,8 @@ def write_text(path: Path, text: str) -> None:
 
 def write_history(data: RunData, folder: Path) -> None:
     """history.csv, whole."""
-    rows = zip(*(data.history[name].tolist() for name in COLUMN_NAMES), strict=True)
-    lines = [COLUMN_NAMES, *(tuple(map(format_value, row)) for row in rows)]
+    rows = zip(*(values.tolist() for values in data.history.values()), strict=True)
+    lines = [tuple(data.history), *(tuple(map(format_value, row)) for row in rows)]
     text = "".join(",".join(line) + "\n" for line in lines)
     write_file(folder / "history.csv", lambda path: write_text(path, text))
 

@@ -9,7 +9,6 @@ import numpy as np
 from meshing.paths import along_paths
 
 from ..arrays import Array
-from ..solver.columns import COLUMN_NAMES
 from .agreement import Agreement, agreements
 from .frames import Frame, frame_of
 from .pickling import without_factors
@@ -47,7 +46,9 @@ class RunData:
         reference: Reference | None,
     ) -> None:
         self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
-        self.history: dict[str, Array] = {name: np.array([row[name] for row in rows]) for name in COLUMN_NAMES}
+        self.history: dict[str, Array] = {
+            column.name: np.array([row[column.name] for row in rows]) for column in model.columns
+        }
         self.timings = model.timings | {"output": 0.0}
         self.states = states
         self._displacements: Array | None = None  # of all rows, in a result from a pickle
@@ -152,7 +153,7 @@ class RunData:
     @property
     def gauge_is_elastic(self) -> bool:
         """Whether the opening is measured over a length of the body, not as the mean jump."""
-        return bool(self.scene.specimen.gauges())
+        return self.scene.specimen.has_main_gauge
 
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, as a part of it.

@@ -20,6 +20,7 @@ from ..errors import SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
 from ..solver.stages import Stage
 from .checks import RENAMED_KINDS, build_table, check_known, hint, is_a, refuse, table_of
+from .names import check_gauge_names, check_stage_names
 from .tables import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
 
 #: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
@@ -143,7 +144,11 @@ class Scene:
         stages = self.data.get("stage")
         if not isinstance(stages, list) or not stages or not all(isinstance(entry, dict) for entry in stages):
             raise SceneError("stage is missing or not a list of tables: expected at least one [[stage]]", "stage")
-        return [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
+        found = [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
+        gauges = list(self.specimen.gauges())
+        check_gauge_names(self.kind, gauges)
+        check_stage_names(found, gauges)
+        return found
 
     @classmethod
     def load(cls, source: str | Path) -> Scene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -50,8 +51,18 @@ COLUMN_NAMES = tuple(column.name for column in COLUMNS)
 #: the load over the largest load so far: `until` may watch it, though it is no column
 LOAD_RATIO = "load_ratio"
 
-#: what `until` may watch
-WATCHED = (*(column.name for column in COLUMNS if column.watched), LOAD_RATIO)
 
-#: what `unload` may go back to
-UNLOADED = tuple(column.name for column in COLUMNS if column.unloaded)
+def columns_of(gauges: Iterable[str]) -> tuple[Column, ...]:
+    """All columns of a run: those of every run, then one for each further gauge."""
+    motions = (Column(name, "mm", f"motion that the gauge {name} measures", True, True) for name in gauges)
+    return (*COLUMNS, *(column for column in motions if column.name not in COLUMN_NAMES))
+
+
+def watched(columns: Iterable[Column]) -> tuple[str, ...]:
+    """What `until` may watch."""
+    return (*(column.name for column in columns if column.watched), LOAD_RATIO)
+
+
+def unloaded(columns: Iterable[Column]) -> tuple[str, ...]:
+    """What `unload` may go back to."""
+    return tuple(column.name for column in columns if column.unloaded)

@@ -92,7 +92,7 @@ class LinearControl(Control):
         return Equation(problem.motion(row, now) - target, row)
 
 
-#: all controls by the names that stages give them
+#: controls of every body, by the names that stages give them
 CONTROLS: dict[str, Control] = {}
 
 
@@ -131,6 +131,11 @@ class Measured(LinearControl):
 
 register_control("opening")(Measured("opening"))
 register_control("sliding")(Measured("sliding"))
+
+
+def control_of(name: str) -> Control:
+    """The control of a name: a registered one, or the motion that a further gauge of the specimen measures."""
+    return CONTROLS.get(name) or Measured(name)
 
 
 @register_control("load")

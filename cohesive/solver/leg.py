@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import NotConverged, PointFailure
-from .controls import CONTROLS, Control
+from .controls import Control, control_of
 from .events import Event, Watch
 from .newton import Equilibrium
 from .problem import Problem, State
@@ -70,7 +70,7 @@ class Leg:
     _leads_away: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        self._control = CONTROLS[self.stage.control]
+        self._control = control_of(self.stage.control)
         self._start = self._value = self._control.value(self.problem, self.state)
         self._direction = float(np.sign(self.target - self._start))
         # unloading ends at its event, and its steps are those of a way back to 0
@@ -105,7 +105,7 @@ class Leg:
                 )
                 return
             if snapped:
-                free = _unaccounted(trial.state) - _unaccounted(self.state)
+                free = trial.state.unaccounted - self.state.unaccounted
                 self.notes.append(
                     f"stage {self.number}: the crack snaps at {name} = {self._value:.5g}, which sets {free:.3g} N mm free"
                 )
@@ -144,7 +144,7 @@ class Leg:
 
     def _jumps(self, after: State) -> bool:
         """Whether a loading step has lost so much load and energy that it must have passed over a snap-back."""
-        lost = _unaccounted(after) - _unaccounted(self.state)
+        lost = after.unaccounted - self.state.unaccounted
         return after.load < _KEPT_LOAD * self.state.load and lost > _LOST_ENERGY * self.problem.energy
 
     def _cut(self, error: NotConverged) -> None:
@@ -198,8 +198,3 @@ class Leg:
 
     def _locate(self, before: State, after: State) -> tuple[float, bool]:
         return (1.0, False) if self.event is None else self.watch.locate(self.event, before, after)
-
-
-def _unaccounted(state: State) -> float:
-    """Work that no energy accounts for, N mm."""
-    return state.work - state.elastic - state.stored - state.dissipated - state.contact_work

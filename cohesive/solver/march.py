@@ -122,7 +122,10 @@ def under_dead_loads(problem: Problem) -> Problem:
         *_, step = march
     except NotConverged as error:
         raise NotConverged(f"the body does not bear its dead loads: {error}") from error
-    return replace(problem, start=replace(step.equilibrium.state, load=0.0, driven=0.0))
+    state = step.equilibrium.state
+    if problem.is_separated(state) or state.unaccounted > problem.energy:  # it snapped, and fell
+        raise NotConverged("the body does not bear its dead loads: they break it; expected less")
+    return replace(problem, start=replace(state, load=0.0, driven=0.0))
 
 
 def _legs(stage: Stage) -> Iterator[tuple[float, Event | None]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import NoContact, NotConverged, PointFailure
-from .controls import CONTROLS, Control
+from .controls import Control, control_of
 from .problem import Guess, Problem, State
 
 #: iterations after which a step is given up
@@ -126,7 +126,7 @@ def advance(
     NotConverged
         With the iteration count, the residual and the worst point.
     """
-    asked = CONTROLS[control]
+    asked = control_of(control)
     reach = max(abs(target - asked.value(problem, start)), 1e-300) if reach is None else reach
     with np.errstate(over="ignore", invalid="ignore"):  # of an iterate that runs away, which the residual tells
         trial = _newton(_Equations(problem, start, asked, target, damping, reach), start, reversal)

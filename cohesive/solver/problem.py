@@ -58,6 +58,11 @@ class State(Guess):
     dissipated: float = 0.0
     contact_work: float = 0.0
 
+    @property
+    def unaccounted(self) -> float:
+        """Work that no energy accounts for."""
+        return self.work - self.elastic - self.stored - self.dissipated - self.contact_work
+
 
 @dataclass(frozen=True)
 class Springs:

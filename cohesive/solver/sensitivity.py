@@ -20,7 +20,7 @@ import numpy as np
 from ..arrays import Array
 from ..cracks.interface_points import InterfaceState
 from ..cracks.interface_variation import InterfaceSteps, InterfaceVariation
-from .controls import CONTROLS, Dissipation, LinearControl, Load
+from .controls import Dissipation, LinearControl, Load, control_of
 from .problem import Guess, Problem, State
 from .steps import Step
 
@@ -55,7 +55,7 @@ class Parameter:
 
 def is_differentiated(control: str) -> bool:
     """Whether steps of a control, by its name, can be differentiated: a motion, the load, the dissipation."""
-    return isinstance(CONTROLS[control], (LinearControl, Load, Dissipation))
+    return isinstance(control_of(control), (LinearControl, Load, Dissipation))
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Sensitivity:
         moved = np.where(points.loading[here], np.einsum("pi,mpi->mp", points.slope[here], motion), 0.0)
         stress = stress + np.einsum("pij,mpj->mpi", points.tangent[here], motion)
         # what the control prescribes does not change
-        prescribed = isinstance(CONTROLS[self.steps[i].control], Dissipation)
+        prescribed = isinstance(control_of(self.steps[i].control), Dissipation)
         dissipated = np.zeros_like(last.dissipated) if prescribed else last.dissipated
         return _Rates(v, x[-1], motion, stress, history + carried + moved, dissipated)
 
@@ -133,7 +133,7 @@ class Sensitivity:
         """Row and corner of the equation that holds while the parameters change, and derivatives of its gap (m,) at constant
         unknowns."""
         problem, step, start, now = self.problem, self.steps[i], self.states[i], self.states[i + 1]
-        control = CONTROLS[step.control]
+        control = control_of(step.control)
         if control.begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
             return self._onset(i)
         asked = control.equation(problem, step.value, start, Guess(now.v, now.load, now.cracks))

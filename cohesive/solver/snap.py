@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import NotConverged
-from .controls import CONTROLS, Control
+from .controls import Control, control_of
 from .newton import Equilibrium, advance, next_state
 from .problem import Guess, Problem, State
 from .stages import DEFAULT_STEPS
@@ -54,7 +54,7 @@ def snap_through(problem: Problem, start: State, control: str, target: float, re
 
 def advance_past_onset(problem: Problem, start: State, control: str, target: float, reversal: bool) -> Equilibrium:
     """A step of a stage: to its target, or to the onset of damage if the control begins there and nothing is damaged yet."""
-    if CONTROLS[control].begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
+    if control_of(control).begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
         return advance_to_onset(problem, start)
     return advance(problem, start, control, target, reversal)
 

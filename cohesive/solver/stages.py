@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from .columns import UNLOADED, WATCHED
-from .controls import CONTROLS
+from .controls import control_of
 from .loading import WAYS
 
 #: steps to a target, if neither their number nor their size is given
@@ -36,8 +35,8 @@ class Stage:
 
     control: str = _key(
         MISSING,
-        "'opening' or 'sliding' (of the gauge, mm), 'load' (N), 'driven' (mm), 'dissipation' (N mm in all), or a name that "
-        "was given to register_control",
+        "'opening' or 'sliding' (of the main gauge, mm), 'load' (N), 'driven' (mm), 'dissipation' (N mm in all), the name of "
+        "a further gauge of the specimen (mm), or a name that was given to register_control",
     )
     to: Any = _key(MISSING, "target, or a list of targets that are visited in turn", "mm, N or N mm")
     steps: int | None = _key(
@@ -79,15 +78,13 @@ class Stage:
     )
 
     def __post_init__(self) -> None:
-        if self.control not in CONTROLS:
-            raise _refused("control", self.control, f"one of {', '.join(CONTROLS)}")
         if self.steps is not None and self.steps < 1:
             raise _refused("steps", self.steps, "a whole number of at least 1")
         if self.step is not None and not self.step > 0:
             raise _refused("step", self.step, "a number above 0")
         if not self.targets or not all(_is_number(target) for target in self.targets):
             raise _refused("to", self.to, "a finite number or a list of them")
-        can_fall = CONTROLS[self.control].can_fall
+        can_fall = control_of(self.control).can_fall
         if not can_fall and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
             raise _refused("to", self.to, f"growing numbers above 0, {self.control} cannot fall")
         if self.steps is not None and self.step is not None:
@@ -98,8 +95,8 @@ class Stage:
             raise _refused("others", self.others, "{name of a drive = 'force' or 'motion' or 'free'}")
         if self.others and self.drive in self.others:
             raise _refused("others", self.others, f"other drives than drive = {self.drive!r}, which the stage moves")
-        _check_event("until", self.until, WATCHED)
-        _check_event("unload", self.unload, UNLOADED)
+        _check_event("until", self.until)
+        _check_event("unload", self.unload)
         if self.unload is not None and not can_fall:
             raise ParameterError(f"unload = {self.unload!r}: {self.control} cannot fall; expected another control", "unload")
 
@@ -118,14 +115,14 @@ class Stage:
         return list(self.to) if isinstance(self.to, (list, tuple)) else [self.to]
 
 
-def _check_event(key: str, event: Any, names: tuple[str, ...]) -> None:
+def _check_event(key: str, event: Any) -> None:
     if event is None:
         return
     if not isinstance(event, dict) or len(event) != 1:
         raise _refused(key, event, "one quantity and its value, like {load = -3000.0}")
     ((name, value),) = event.items()
-    if name not in names or not _is_number(value):
-        raise _refused(key, event, f"a number for one of {', '.join(names)}")
+    if not isinstance(name, str) or not _is_number(value):
+        raise _refused(key, event, "a quantity and a number")
 
 
 def _refused(key: str, value: object, expected: str) -> ParameterError:

@@ -11,7 +11,7 @@ from meshing.errors import MeshError
 
 from ..arrays import Array
 from ..errors import NotConverged, ParameterError, SceneError
-from ..solver.controls import CONTROLS
+from ..solver.controls import control_of
 from ..solver.stages import Stage
 from .fit_data import Data
 from .fit_parameters import Varied
@@ -154,8 +154,7 @@ def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:
     """
     first = stages[0]
     monotonic = len(stages) == 1 and first.unload is None and np.all(np.diff([0.0, *first.targets]) > 0)
-    control = CONTROLS.get(data.against)
-    if not monotonic or control is None or not control.is_motion:
+    if not monotonic or not control_of(data.against).is_motion:
         return list(stages)
     targets = data.targets()
     step = max(targets) / first.count(max(targets)) if first.step is None or first.control != data.against else first.step

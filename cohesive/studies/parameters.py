@@ -10,7 +10,7 @@ from typing import Any
 from ..errors import SceneError
 from ..model.interface import default_width
 from ..scenes.scene import Scene
-from ..solver.controls import CONTROLS
+from ..solver.controls import control_of
 from ..solver.stages import Stage
 
 #: values by knob: a factor on what the scene has (the first five and "finer"), or the value itself
@@ -206,7 +206,7 @@ def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
         j = min(i, len(like.stages) - 1)
         other, way_there = like.stages[j], _ways(like.stages)[j]
         count = other.count(way_there)
-        if CONTROLS[stage.control].is_motion and CONTROLS[other.control].is_motion:
+        if control_of(stage.control).is_motion and control_of(other.control).is_motion:
             count *= max(1.0, (way / opening) / (way_there / opening_there))
         if stage.step is not None:
             if not math.isclose(step := way / (count * factor), stage.step):

@@ -25,6 +25,9 @@ from ..sizes import MeshSizes
 Location = str | tuple[float, ...]
 Direction = tuple[float, ...]
 
+#: name of the gauge that measures `opening` and `sliding`
+MAIN_GAUGE = "opening"
+
 #: normal of the plane strain or stress of an extruded specimen
 _ACROSS: Direction = (0.0, 0.0, 1.0)
 
@@ -109,8 +112,9 @@ class Gauge:
 
     Parameters
     ----------
-    plus, minus : Location; minus None: the mirror image of plus.
-    direction : unit vector of the opening; None: the crack's mean normal, from minus to plus.
+    plus, minus : Location; minus None: the mirror image of plus; equal: the two sides of the crack or notch there, plus the
+        one that lies along the direction.
+    direction : unit vector of the motion; None: the crack's mean normal, from minus to plus.
     """
 
     plus: Location
@@ -156,8 +160,14 @@ class Specimen(ABC):
         """Where it is driven, by name; the first is moved unless a stage says otherwise."""
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
-        """Where its opening and sliding are measured, by name: one entry, or none for the mean jump over the crack."""
+        """Where motions are measured, by name: `MAIN_GAUGE` measures opening and sliding, without it they are the mean jump
+        over the crack; each other one has a column of its name."""
         return {}
+
+    @property
+    def has_main_gauge(self) -> bool:
+        """Whether a gauge measures the opening; if not it is the mean jump over the crack."""
+        return MAIN_GAUGE in self.gauges()
 
     def pressures(self) -> list[Pressure]:
         """Pressures on its faces."""

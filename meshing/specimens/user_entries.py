@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..errors import MeshError
-from .base import Direction, Drive, Location, Pressure, Region, Support
+from .base import MAIN_GAUGE, Direction, Drive, Gauge, Location, Pressure, Region, Support
 
-#: names of drives begin columns of the history
-_NAME = "a name of letters, digits, - and _, that no other drive has"
+#: names of drives and gauges are, or end, names of columns of the history
+_NAME = "a name of letters, digits, - and _"
 
 
 def are_names(value: Any) -> bool:
@@ -56,10 +56,27 @@ def drives_of(one: Any, several: Any) -> dict[str, Drive]:
     for entry in several:
         drive = _drive("drives", entry, {"name"})
         name = entry["name"]
-        is_name = isinstance(name, str) and name.replace("-", "").replace("_", "").isalnum() and name.isascii()
-        if not is_name or name in found:
-            raise MeshError(f"drives.name = {name!r}: expected {_NAME}", "drives.name")
+        if not _is_name(name) or name in found:
+            raise MeshError(f"drives.name = {name!r}: expected {_NAME}, that no other drive has", "drives.name")
         found[name] = drive
+    return found
+
+
+def gauges_of(given: Any) -> dict[str, Gauge]:
+    """{name = {plus, minus(, direction)}}"""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not given:
+        raise MeshError(f"gauges = {given!r}: expected {{name = {{plus = ..., minus = ..., direction = [x, y]}}}}", "gauges")
+    found: dict[str, Gauge] = {}
+    for name, entry in given.items():
+        if not _is_name(name) or name == MAIN_GAUGE:
+            raise MeshError(f"gauges: a gauge is called {name!r}; expected {_NAME}, and not '{MAIN_GAUGE}'", "gauges")
+        key = f"gauges.{name}"
+        _check_entry(key, entry, {"plus", "minus"}, {"direction"}, "{plus = ..., minus = ...}")
+        plus, minus = (location(f"{key}.{side}", entry[side]) for side in ("plus", "minus"))
+        direction = unit_vector(f"{key}.direction", entry["direction"]) if "direction" in entry else None
+        found[name] = Gauge(plus, minus, direction)
     return found
 
 
@@ -101,6 +118,10 @@ def _drive(key: str, entry: Any, further: set[str]) -> Drive:
     if against == at:
         raise MeshError(f"{key}.against = {against!r}: expected another location than at", f"{key}.against")
     return Drive(at, direction, against=against)
+
+
+def _is_name(name: Any) -> bool:
+    return isinstance(name, str) and name.replace("-", "").replace("_", "").isalnum() and name.isascii()
 
 
 def _vector(name: str, value: Any, expected: str) -> Direction:

@@ -17,9 +17,9 @@ from ..files import read_mesh
 from ..keys import check_keys, key
 from ..paths import Line
 from ..sizes import MeshSizes
-from .base import Direction, Drive, Gauge, Pressure, Region, Specimen, Support, polylines
+from .base import MAIN_GAUGE, Direction, Drive, Gauge, Pressure, Region, Specimen, Support, polylines
 from .registry import register_specimen
-from .user_entries import are_names, drives_of, location, pressures_of, regions_of, support_of, unit_vector
+from .user_entries import are_names, drives_of, gauges_of, location, pressures_of, regions_of, support_of, unit_vector
 
 
 @register_specimen("mesh")
@@ -57,6 +57,12 @@ class UserMesh(Specimen):
         None,
     )
     gauge_plus: Any = key("location to which the opening is measured", None)
+    gauges_: Any = key(
+        "further gauges, {name = {plus = location, minus = location, direction = [x, y]}}: the motion of plus against minus, "
+        "along the crack's mean normal if there is no direction; one location for both: its two sides across the crack. Each "
+        "is a column, a control and a quantity of until and unload",
+        None,
+    )
     band: str | None = key(
         "name of the set of elements that form the crack band of the smeared model with band.where = 'path'. A row of "
         "quadrilaterals, one element wide, is treated as that of a built-in specimen; in any other set of elements the crack "
@@ -87,6 +93,7 @@ class UserMesh(Specimen):
         for name, value in (
             ("supports", [support_of(entry) for entry in self.supports]),
             ("drives_", drives_of(self.drive, self.drives_)),
+            ("gauges_", gauges_of(self.gauges_)),
             ("regions_", regions_of(self.regions_)),
             ("pressures_", pressures_of(self.pressures_)),
             ("down", None if self.down is None else unit_vector("down", self.down)),
@@ -152,8 +159,9 @@ class UserMesh(Specimen):
         return dict(self.drives_)
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
-        """As the keys `gauge_minus` and `gauge_plus` say."""
-        return {} if self.gauge_plus is None else {"opening": Gauge(self.gauge_plus, self.gauge_minus)}
+        """As the keys `gauge_minus` and `gauge_plus`, and `gauges` say."""
+        main = {} if self.gauge_plus is None else {MAIN_GAUGE: Gauge(self.gauge_plus, self.gauge_minus)}
+        return main | dict(self.gauges_)
 
     def pressures(self) -> list[Pressure]:
         """As the key `pressures` says."""

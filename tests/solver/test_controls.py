@@ -13,7 +13,7 @@ import pytest
 from cohesive import NotConverged, SceneError, run
 from cohesive.errors import Interrupted, PointFailure
 from cohesive.model.build import build
-from cohesive.solver.columns import COLUMN_NAMES, COLUMNS, UNLOADED, WATCHED
+from cohesive.solver.columns import COLUMN_NAMES, COLUMNS, columns_of, unloaded, watched
 from cohesive.solver.controls import CONTROLS, Control, Equation, LinearControl, register_control
 from cohesive.solver.march import March
 from cohesive.solver.newton import advance
@@ -180,13 +180,14 @@ def test_names_are_not_given_twice_and_only_to_controls() -> None:
     with pytest.raises(TypeError, match=r"register_control\('other'\) got 3: expected a subclass of Control"):
         register_control("other")(3)  # type: ignore[type-var]
     assert "other" not in CONTROLS
-    with pytest.raises(ValueError, match=r"control = 'other': expected one of opening, sliding, load, driven, dissipation"):
-        Stage("other", 1.0)
+    with pytest.raises(SceneError, match=r"control = 'other': expected one of opening, sliding, load, driven, dissipation"):
+        block(stage=[{"control": "other", "to": 1.0}])
 
 
 def test_the_columns() -> None:
     assert len(set(COLUMN_NAMES)) == len(COLUMNS) == 17
-    assert set(UNLOADED) < set(WATCHED) and set(WATCHED) - set(COLUMN_NAMES) == {"load_ratio"}
+    assert set(unloaded(COLUMNS)) < set(watched(COLUMNS)) and set(watched(COLUMNS)) - set(COLUMN_NAMES) == {"load_ratio"}
+    assert [column.name for column in columns_of(["opening", "cmod"])] == [*COLUMN_NAMES, "cmod"]
     assert all(column.meaning and not column.meaning.endswith(".") for column in COLUMNS)
     recorded = build(block()).record(build(block()).problem.initial())
     assert tuple(recorded) == tuple(column.name for column in COLUMNS if column.watched)
