@@ -17,7 +17,8 @@ from .fit_data import Data
 from .fit_intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics
 from .fit_parameters import inside, varied
 from .fit_problem import FAILURES, FitProblem, Trial
-from .fit_result import Fit, Minimum
+from .fit_result import Fit
+from .fitted import Minimum
 from .rig import Rig, value_of
 
 LOSSES = ("linear", "soft_l1", "band")

@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
-    from .fit_result import Fit
+    from .fitted import Fitted
 
 #: one colour for each scene
 _COLOURS = ("C0", "C3", "C2", "C4", "C1", "C5")
 
 
-def draw(fit: Fit) -> Figure:
+def draw(fit: Fitted) -> Figure:
     """The figure."""
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
     parts = figure.add_gridspec(2, 2, width_ratios=(1.25, 1.0), height_ratios=(2.2, 1.0))
@@ -29,7 +29,7 @@ def draw(fit: Fit) -> Figure:
     return figure
 
 
-def _draw_loads(axes: Axes, fit: Fit) -> None:
+def _draw_loads(axes: Axes, fit: Fitted) -> None:
     several = len(fit.problem.data) > 1
     for i, (data, rows) in enumerate(zip(fit.problem.data, fit.trial.rows, strict=True)):
         colour = _COLOURS[i % len(_COLOURS)]
@@ -51,7 +51,7 @@ def _draw_loads(axes: Axes, fit: Fit) -> None:
     axes.tick_params(labelbottom=False)
 
 
-def _draw_residuals(axes: Axes, fit: Fit) -> None:
+def _draw_residuals(axes: Axes, fit: Fitted) -> None:
     for i, (data, load) in enumerate(zip(fit.problem.data, fit.trial.loads, strict=True)):
         gap = 100.0 * data.gap(load, fit.problem.loss)[0]
         axes.plot(data.x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=5 if len(gap) <= 100 else 2)
@@ -61,7 +61,7 @@ def _draw_residuals(axes: Axes, fit: Fit) -> None:
     axes.set_ylabel("fit - measured\n(% of the peak)")
 
 
-def _draw_softening(axes: Axes, fit: Fit) -> None:
+def _draw_softening(axes: Axes, fit: Fitted) -> None:
     materials = [scene.material for scene in fit.scenes]
     distinct = [0] + [i for i in range(1, len(materials)) if materials[i] != materials[0]]
     unit = max(float(materials[i].Gf) / float(materials[i].ft) for i in distinct)

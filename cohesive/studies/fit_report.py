@@ -13,10 +13,12 @@ from ..results.files import make_folder, write_file, write_scene, write_text
 from .export import EXPORTS, exported
 
 if TYPE_CHECKING:
-    from .fit_result import Fit
+    from matplotlib.figure import Figure
+
+    from .fitted import Fitted
 
 
-def summary(fit: Fit) -> str:
+def summary(fit: Fitted) -> str:
     """The printed summary."""
     kind = {"profile": "profile likelihood", "covariance": "covariance", "feasible": "all rows in the band"}[fit.interval_kind]
     lines = [f"fit of {len(fit.problem.parameters)} numbers to {sum(len(d.x) for d in fit.problem.data)} measured rows"]
@@ -35,7 +37,7 @@ def summary(fit: Fit) -> str:
     return "\n".join(lines)
 
 
-def facts(fit: Fit) -> dict[str, Any]:
+def facts(fit: Fitted) -> dict[str, Any]:
     """What fit.json says."""
     return {
         "values": fit.values,
@@ -55,11 +57,10 @@ def facts(fit: Fit) -> dict[str, Any]:
     }
 
 
-def save(fit: Fit, folder: str | Path) -> None:
+def save(fit: Fitted, figure: Figure, folder: str | Path) -> None:
     """The files of a fit."""
     folder = Path(folder)
     make_folder(folder)
-    figure = fit.plot()
     write_file(folder / "fit.png", lambda path: figure.savefig(path, dpi=150, format="png"))
     write_text(folder / "fit.json", json.dumps(facts(fit), indent=2, default=float) + "\n")
     write_file(folder / "fit.csv", lambda path: _write_table(fit, path))
@@ -72,7 +73,7 @@ def save(fit: Fit, folder: str | Path) -> None:
         write_scene(scene, home)
 
 
-def _write_table(fit: Fit, path: Path) -> None:
+def _write_table(fit: Fitted, path: Path) -> None:
     """Measured and computed loads, row by row."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
