@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -10,6 +10,10 @@ import numpy as np
 
 from ..arrays import Array
 from ..scenes.measured import Measured, Reference
+from ..scenes.units import FORCES, LENGTHS
+
+#: a curve is asked about if another unit brings it within this factor of the computed one
+_CLOSE = 5.0
 
 
 @dataclass(frozen=True)
@@ -53,17 +57,17 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
     at = np.union1d(x, measured.x)
     at = np.r_[start, at[(at > start) & (at < end)], end]
     load, low, high, middle = (
-        np.interp(at, of, values)
+        np.asarray(np.interp(at, of, values))
         for of, values in ((x, y), (measured.x, measured.low), (measured.x, measured.high), (measured.x, measured.y))
     )
-    gap = np.maximum(load - high, 0.0) + np.minimum(load - low, 0.0)
+    gap = np.asarray(np.maximum(load - high, 0.0) + np.minimum(load - low, 0.0))
     largest = max(float(abs(measured.y).max()), 1e-300)
     area, wanted = _integral(load, at), _integral(middle, at)
     found = Agreement(
         measured.name,
         float(start),
         float(end),
-        float(np.sqrt(_integral(np.square(gap), at) / (end - start))) / largest,
+        _root_mean_square(gap, at) / largest,
         area / wanted - 1.0 if wanted else 0.0,
         float(y.max() / measured.y.max()) - 1.0 if measured.y.max() else 0.0,
     )
@@ -83,46 +87,98 @@ def _in_band(found: Agreement, measured: Measured, x: Array, y: Array) -> Agreem
     return Agreement(**facts, inside=int(is_inside.sum()), points=len(at), outside=outside)
 
 
+def _root_mean_square(height: Array, along: Array) -> float:
+    """Root of the mean square of a polyline's points over their x."""
+    return float(np.sqrt(_integral(np.square(height), along) / (along[-1] - along[0])))
+
+
 def _integral(height: Array, along: Array) -> float:
     """Area under a polyline."""
     return float(0.5 * (height[1:] + height[:-1]) @ np.diff(along))
 
 
 def agreements(reference: Reference | None, history: Mapping[str, Array]) -> list[Agreement]:
-    """The agreement with each measured curve that has a part of x in common with the run."""
+    """The agreement with each measured curve that has a part of x in common with the run, and with the mean of several."""
     if reference is None:
         return []
     computed = reference.computed(history)
-    found = [agreement(each, *computed) for each in reference.curves]
-    return [each for each in found if each is not None]
+    mean = reference.mean()
+    curves = [*reference.curves, *([] if mean is None else [mean[0]])]
+    return [found for each in curves if (found := agreement(each, *computed)) is not None]
 
 
-def agreement_lines(reference: Reference | None, found: Sequence[Agreement]) -> list[str]:
+def question(measured: Measured, x: Array, y: Array) -> str:
+    """One sentence with the key that mends it, if a curve that names no unit is about a thousand times off a computed one,
+    or if its loads have the other sign; empty if neither."""
+    if not len(y) or not (y.any() and measured.y.any()):
+        return ""
+    own, ours = (int(abs(load).argmax()) for load in (measured.y, y))
+    pairs = (
+        ("largest load", "y", measured.y_unit, "N", ("kN", "mN", "MN"), FORCES, measured.y[own], y[ours]),
+        ("motion at the largest load", "x", measured.x_unit, "mm", ("um", "m"), LENGTHS, measured.x[own], x[ours]),
+    )
+    for what, key, said, unit, others, factors, value, wanted in pairs:
+        ratio = abs(wanted / value) if value else 0.0
+        for other in () if said else others:
+            if factors[other] / _CLOSE < ratio < factors[other] * _CLOSE:
+                return (
+                    f"its {what} is {value:.4g}, that of the run {wanted:.4g} {unit}, and no unit is named: if it is in "
+                    f"{other}, say reference.{key}_unit = '{other}'"
+                )
+    if measured.y[own] * y[ours] < 0:
+        turned = f"-{measured.y_unit or 'N'}".removeprefix("--")
+        return f"its loads have the other sign than those of the run: reference.y_unit = '{turned}' turns them"
+    return ""
+
+
+def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -> list[str]:
     """What the summary says of the measured curves."""
     if reference is None:
         return []
-    lines = []
-    met = {each.name: each for each in found}
+    computed = reference.computed(history)
+    lines, doubts = [], False
     for each in reference.curves:
-        what = met.get(each.name)
-        if what is None:
-            lines.append(f"{reference.label}: {each.name} and the run have no {reference.against} in common")
-        elif each.is_band:
-            lines.append(f"{reference.label}: {what.inside} of {what.points} points inside the band")
-            lines += [
-                f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
-                for x, y, away in what.outside
-            ]
+        name = f"{reference.label} ({each.name})" if len(reference.curves) > 1 else reference.label
+        lines += [f"{name}: {note}" for note in each.notes]
+        if doubt := question(each, *computed):
+            lines.append(f"{name}: {doubt}")
+            doubts = True
         else:
-            lines.append(
-                f"{reference.label}: {100 * what.rms:.1f} % of its peak away (rms), area {100 * what.area:+.1f} %, from "
-                f"{what.start:.3g} to {what.end:.3g} mm of {reference.against}"
-            )
+            lines += _lines(name, each, agreement(each, *computed), reference.against)
+    mean = reference.mean()
+    if mean is not None and not doubts:
+        curve, spread = mean
+        peaks = np.array([each.y.max() for each in reference.curves])
+        lines += _lines(f"{reference.label}, {curve.name}", curve, agreement(curve, *computed), reference.against)
+        lines.append(
+            f"  between the tests: {100 * _root_mean_square(spread, curve.x) / max(abs(curve.y).max(), 1e-300):.1f} % of the "
+            f"mean's peak (standard deviation), peaks {peaks.mean():.5g} +- {peaks.std(ddof=1):.2g} N"
+        )
     return lines
 
 
-def agreement_facts(reference: Reference | None, found: Sequence[Agreement]) -> dict[str, Any] | None:
+def _lines(name: str, measured: Measured, found: Agreement | None, against: str) -> list[str]:
+    if found is None:
+        return [f"{name}: it and the run have no {against} in common, it begins at {measured.x[0]:.4g} mm"]
+    if measured.is_band:
+        return [f"{name}: {found.inside} of {found.points} points inside the band"] + [
+            f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
+            for x, y, away in found.outside
+        ]
+    return [
+        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {100 * found.area:+.1f} %, peak {100 * found.peak:+.1f} %, "
+        f"over {against} from {found.start:.3g} to {found.end:.3g} mm"
+    ]
+
+
+def agreement_facts(reference: Reference | None, history: Mapping[str, Array]) -> dict[str, Any] | None:
     """What run.json says of the measured curves."""
     if reference is None:
         return None
-    return {"against": reference.against, "curves": [asdict(each) for each in found]}
+    computed = reference.computed(history)
+    return {
+        "against": reference.against,
+        "curves": [asdict(each) for each in agreements(reference, history)],
+        "notes": [f"{each.name}: {note}" for each in reference.curves for note in each.notes],
+        "questions": [f"{each.name}: {doubt}" for each in reference.curves if (doubt := question(each, *computed))],
+    }

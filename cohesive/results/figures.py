@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 
 from ..arrays import Array
 from ..elements.rotations import major_stress
+from .agreement import agreements
 from .files import write_file
 from .frames import Frame
 from .solid_figures import draw_body, draw_crack
@@ -21,6 +23,9 @@ from .solid_figures import draw_body, draw_crack
 if TYPE_CHECKING:
     from ..scenes.measured import Reference
     from .run_data import RunData
+
+#: measured curves of fewer points are drawn with a mark for each
+_FEW = 100
 
 #: corners of the bulk cells
 _CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad6": 4}
@@ -43,7 +48,7 @@ def save_curve(data: RunData, path: Path) -> None:
     axes, *others = figure.subplots(1, 3 if both else 1, squeeze=False)[0]
     label, x, load = abscissa(data)
     if not both:
-        draw_reference(axes, data.reference)
+        draw_reference(axes, data.reference, data.history)
     axes.plot(x, load, color="C0", label="crack band" if data.model.is_smeared else "discrete crack")
     peak = int(np.nanargmax(load))
     axes.plot(x[peak], load[peak], "o", color="C3", markersize=4, label=f"peak {load[peak]:.5g} N")
@@ -63,12 +68,13 @@ def save_curve(data: RunData, path: Path) -> None:
 def abscissa(data: RunData) -> tuple[str, Array, Array]:
     """Name and values (mm) of what the load (N) is drawn over, and the load, from the unloaded state on.
 
-    The load is drawn over the opening; for a platen that moves both ways over its way, along which its load acts. That
-    curve is broken (NaN) at each stage that turns the platen.
+    The load is drawn over the opening, or over what the measured curve is drawn over; for a platen that moves both ways over
+    its way, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
     """
     load = np.r_[0.0, data.history["load"]]
     if not data.drives_both_ways:
-        return "opening", np.r_[0.0, data.history["opening"]], load
+        name = "opening" if data.reference is None else data.reference.against
+        return name, np.r_[0.0, data.history[name]], load
     stage = data.history["stage"].astype(int)
     begins = np.flatnonzero(np.diff(stage)) + 2  # in the arrays with the unloaded state
     turned = [row for row in begins if data.scene.stages[stage[row - 1] - 1].direction is not None]
@@ -76,18 +82,29 @@ def abscissa(data: RunData) -> tuple[str, Array, Array]:
     return "way of the platen, there and back", np.insert(way, turned, way[turned]), np.insert(load, turned, np.nan)
 
 
-def draw_reference(axes: Axes, reference: Reference | None) -> None:
-    """The measured curves or bands that the scene names."""
+def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str, Array] | None = None) -> None:
+    """The measured curves or bands that the scene names; with a history how far it lies from them."""
     if reference is None:
         return
-    for each in reference.curves:
+    several, mean = len(reference.curves) > 1, reference.mean()
+    found = {} if history is None else {each.name: each for each in agreements(reference, history)}
+    for i, each in enumerate(reference.curves):
+        label = reference.label + (f", {len(reference.curves)} tests" if several else "") if i == 0 else None
         if each.is_band:
             band = axes.fill_between(each.x, each.low, each.high, color="0.85")
-            band.set_label(f"{reference.label}, band")
+            band.set_label(f"{label}, band" if label else "")
             for bound in (each.low, each.high):
                 axes.plot(each.x, bound, ".", color="0.6", markersize=4)
         else:
-            axes.plot(each.x, each.y, "o", color="0.6", label=reference.label)
+            if not several and each.name in found:
+                label = f"{label}, rms {100 * found[each.name].rms:.1f} % of its peak"
+            axes.plot(
+                each.x, each.y, "o-" if len(each.x) < _FEW else "-", color="0.6", markersize=3, linewidth=0.8, label=label
+            )
+    if mean is not None:
+        curve = mean[0]
+        rms = f", rms {100 * found[curve.name].rms:.1f} % of its peak" if curve.name in found else ""
+        axes.plot(curve.x, curve.y, "--", color="0.3", linewidth=1.0, label=f"{curve.name}{rms}")
 
 
 def save_deformed(data: RunData, path: Path) -> None:

@@ -188,6 +188,6 @@ def _facts(data: RunData) -> dict[str, Any]:
         "steps": len(data.states),
         "iterations": data.iterations,
         "timings": data.timings,
-        "reference": agreement_facts(data.reference, data.agreement),
+        "reference": agreement_facts(data.reference, data.history),
         "versions": {"python": platform.python_version()} | {name: package_version(name) for name in packages},
     }

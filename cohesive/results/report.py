@@ -47,7 +47,7 @@ def summary(data: RunData) -> str:
         _crack_line(data),
         f"steps: {len(h['step'])}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
-    return "\n".join(lines + agreement_lines(data.reference, data.agreement))
+    return "\n".join(lines + agreement_lines(data.reference, h))
 
 
 def _full_energy(data: RunData) -> str:

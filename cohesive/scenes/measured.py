@@ -94,6 +94,19 @@ class Reference:
         computed = self.computed(history)
         return np.concatenate([each.residuals(*computed) for each in self.curves])
 
+    def mean(self) -> tuple[Measured, Array] | None:
+        """Mean and standard deviation (N) of several curves over the x that all have; None for one curve or bands."""
+        if len(self.curves) < 2 or any(each.is_band for each in self.curves):
+            return None
+        start, end = max(each.x[0] for each in self.curves), min(each.x[-1] for each in self.curves)
+        if not end > start:
+            return None
+        at = np.unique(np.concatenate([each.x for each in self.curves]))
+        at = at[(at >= start) & (at <= end)]
+        loads = np.array([np.interp(at, each.x, each.y) for each in self.curves])
+        mean = Measured.from_curve(at, loads.mean(axis=0), f"mean of {len(self.curves)}")
+        return mean, np.asarray(loads.std(axis=0, ddof=1))
+
 
 def rising(x: Array, y: Array) -> tuple[Array, Array]:
     """The points of a curve at which x goes further than ever before; if x runs back, the y counts with which it is

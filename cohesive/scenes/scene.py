@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import reprlib
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
@@ -104,11 +105,20 @@ class Scene:
         if "reference" not in self.data:
             return None
         reference = build_table(ReferenceOptions, table_of(self.data, "reference"), "reference")
-        if not self.file(reference.file).is_file():
-            raise SceneError(
-                f"reference.file = {reference.file!r}: there is no file {self.file(reference.file)}", "reference.file"
-            )
+        for name in reference.files:
+            self._check_file("reference.file", name)
         return reference
+
+    def _check_file(self, key: str, name: str) -> None:
+        """Refuse a name of no regular file."""
+        try:
+            path = self.file(name)
+            if path.is_file():
+                return
+            what = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
+        except (OSError, ValueError):  # too long a name, or one with a null character
+            what = "that can be no name of a file"
+        raise SceneError(f"{key} = {reprlib.repr(name)}: {what}", key)
 
     def _check_model(self) -> None:
         """Refuse models that the specimen does not have."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from meshing.keys import check_keys, key
 
 from ..errors import ParameterError
+from .units import FORCES, LENGTHS, factor_of
 
 
 class Table:
@@ -94,13 +95,45 @@ class SolverOptions(Table):
 
 @dataclass(frozen=True)
 class ReferenceOptions(Table):
-    """[reference]: a measured curve."""
+    """[reference]: measured curves."""
 
-    file: str = key(
-        "CSV with columns opening and load, or opening, load_min and load_max (mm, N), '#' starts a comment; relative to the "
-        "scene file"
+    file: str | list[str] = key(
+        "text table of a measured curve, or a list of them; any separator, decimal sign, encoding and number of lines before "
+        "the data; units from the heading; relative to the scene file"
     )
     label: str = key("its name in the legend", "measured")
+    x: str | int | None = key(
+        "name or number of the column with the motion; default: the first that is an opening, else a deflection, else a "
+        "displacement",
+        None,
+    )
+    y: str | int | list[str | int] | None = key(
+        "name or number of the column with the load, or a list of two with the bounds of a band; default: the first that is a "
+        "load, or load_min and load_max",
+        None,
+    )
+    x_unit: str | None = key("unit of x, as 'um'; '-mm' turns the sign. Default: from the heading, else mm", None)
+    y_unit: str | None = key("unit of y, as 'kN'. Default: from the heading, else N", None)
+    against: str | None = key("column of the history that x is; default: that which its name says", None)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        files = self.files
+        if not files or not all(isinstance(name, str) for name in files) or len(set(files)) < len(files):
+            raise ParameterError(f"file = {self.file!r}: expected a file or a list of different files", "file")
+        columns = self.y if isinstance(self.y, list) else [self.y]
+        if not all(isinstance(name, (str, int, type(None))) and not isinstance(name, bool) for name in columns):
+            raise ParameterError(f"y = {self.y!r}: expected the name or number of a column, or a list of two", "y")
+        if isinstance(self.y, list) and (len(self.y) != 2 or None in self.y):
+            raise ParameterError(f"y = {self.y!r}: expected a list of two columns, lower and upper bound", "y")
+        for name, known in (("x_unit", LENGTHS), ("y_unit", FORCES)):
+            if (unit := getattr(self, name)) is not None:
+                factor_of(unit, known, name)
+
+    @property
+    def files(self) -> list[str]:
+        """The files, one or several."""
+        return self.file if isinstance(self.file, list) else [self.file]
 
 
 @dataclass(frozen=True)

@@ -195,10 +195,10 @@ WRONG_FILES = {
     "scene name": (["scenes", "beam"], "no such file, and no built-in scene"),
     "reference columns": (
         ["run", "notched-beam", "--set", "reference.file={tmp}/columns.csv"],
-        "its columns are x, y; expected",
+        r"columns.csv': its columns are x, y; expected",
     ),
-    "reference text": (["run", "notched-beam", "--set", "reference.file={tmp}/text.csv"], "cannot be read as a CSV"),
-    "reference empty": (["run", "notched-beam", "--set", "reference.file={tmp}/empty.csv"], "cannot be read as a CSV"),
+    "reference text": (["run", "notched-beam", "--set", "reference.file={tmp}/text.csv"], "line 2, is '1,much'"),
+    "reference empty": (["run", "notched-beam", "--set", "reference.file={tmp}/empty.csv"], "empty.csv': is empty"),
 }
 
 
