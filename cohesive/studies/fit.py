@@ -26,6 +26,9 @@ LOSSES = ("linear", "soft_l1", "band")
 #: changes of the numbers, and of the sum of squares, below which a fit ends
 _XTOL, _FTOL = 1e-4, 1e-5
 
+#: how often a start that does not run is moved half the way to the first one
+_PULLS = 3
+
 #: most evaluations of a fit from one start, and of one with a number fixed
 _MOST, _MOST_FIXED = 40, 8
 
@@ -210,6 +213,11 @@ def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
     found: list[Minimum] = []
     for start in starts:
         solved = solve(problem, start)
+        for _ in range(_PULLS):  # towards a start that runs
+            if solved is not None:
+                break
+            start = 0.5 * (start + starts[0])
+            solved = solve(problem, start)
         if solved is None:
             continue
         z, cost, evaluations = solved

@@ -10,7 +10,7 @@ import numpy as np
 from meshing.errors import MeshError
 
 from ..arrays import Array
-from ..errors import NotConverged, ParameterError, SceneError
+from ..errors import NotConverged, ParameterError, SceneError, TooCostly
 from ..solver.controls import control_of
 from ..solver.stages import Stage
 from .fit_data import Data
@@ -18,7 +18,10 @@ from .fit_parameters import Varied
 from .rig import Rig, Rows
 
 #: what a run with numbers that make no sense may end in
-FAILURES = (NotConverged, SceneError, MeshError, ParameterError, ValueError)
+FAILURES = (NotConverged, TooCostly, SceneError, MeshError, ParameterError, ValueError)
+
+#: iterations that a run may take for each of its steps, and at least
+_ITERATIONS, _LEAST = 12, 500
 
 #: relative change for the derivative in a number that is not of the material
 _OF_A_MESH = 1e-3
@@ -66,6 +69,8 @@ class FitProblem:
 
     def __post_init__(self) -> None:
         self.stages = [stages_at(rig.scene.stages, data) for rig, data in zip(self.rigs, self.data, strict=True)]
+        for rig, stages in zip(self.rigs, self.stages, strict=True):
+            rig.most = max(_LEAST, round(_ITERATIONS * sum(_steps(stage) for stage in stages)))
 
     @property
     def start(self) -> Array:
@@ -145,6 +150,11 @@ class FitProblem:
         if self.loss == "band":
             block = np.concatenate([block, data.pull_slope * (data.gather @ slopes)])
         return np.asarray(block)
+
+
+def _steps(stage: Stage) -> float:
+    """Number of steps of a stage if none is cut."""
+    return sum(stage.count(abs(way)) for way in np.diff([0.0, *stage.targets])) * (2.0 if stage.unload else 1.0)
 
 
 def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:

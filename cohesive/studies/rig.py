@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..algebra.bordered import Stiffness
 from ..arrays import Array, Index
-from ..errors import SceneError
+from ..errors import SceneError, TooCostly
 from ..model.build import build
 from ..model.model import Model
 from ..model.other_material import with_material
@@ -58,10 +59,12 @@ class Rig:
     Attributes
     ----------
     scene : Scene, with sizes and width fixed
+    most : solutions of linear systems that a run may take; None: any number. A crack that snaps takes very many
     runs, condensations, sensitivities : how often each was done so far
     """
 
     scene: Scene
+    most: int | None = None
     runs: int = field(default=0, init=False)
     condensations: int = field(default=0, init=False)
     sensitivities: int = field(default=0, init=False)
@@ -101,13 +104,18 @@ class Rig:
         Raises
         ------
         SceneError, NotConverged
+        TooCostly
+            If it takes more than `most`.
         """
         scene = self.scene.with_(**values)
         stages = scene.stages if stages is None else stages
         model = self.model(scene)
         if tol is not None:
             model = replace(model, problem=replace(model.problem, tol=tol))
-        steps = list(March(model.problem, list(stages), model.record, scene.solver.step_growth))
+        problem = model.problem
+        if self.most is not None:
+            problem = replace(problem, stiffness=_Counted(problem.stiffness, self.most))
+        steps = list(March(problem, list(stages), model.record, scene.solver.step_growth))
         self.runs += 1
         records = [model.record(step.equilibrium.state) for step in steps]
         names = records[0] if records else ()
@@ -164,6 +172,29 @@ class Rig:
                 for name in above.history
             }
         return found
+
+
+class _Counted:
+    """A stiffness that solves so many systems and no more; in all else it is the one it is made of."""
+
+    def __init__(self, stiffness: Stiffness, most: int) -> None:
+        self._stiffness, self._most, self._count = stiffness, most, 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stiffness, name)
+
+    @property
+    def scale(self) -> float:
+        return self._stiffness.scale
+
+    def apply(self, v: Array) -> Array:
+        return self._stiffness.apply(v)
+
+    def solve(self, *system: Any) -> Array:
+        self._count += 1
+        if self._count > self._most:
+            raise TooCostly(f"more than {self._most} iterations: the crack snaps, or other steps are needed")
+        return self._stiffness.solve(*system)
 
 
 def _sizes(scene: Scene) -> dict[str, float]:
