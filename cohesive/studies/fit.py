@@ -26,6 +26,9 @@ LOSSES = ("linear", "soft_l1", "band")
 #: changes of the numbers, and of the sum of squares, below which a fit ends
 _XTOL, _FTOL = 1e-4, 1e-5
 
+#: slope of the sum of squares over itself that no minimum has
+_STUCK = 0.05
+
 #: how often a start that does not run is moved half the way to the first one
 _PULLS = 3
 
@@ -211,12 +214,13 @@ def _starts(problem: FitProblem, count: int) -> list[Array]:
 def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
     """The distinct minima, the best one first."""
     found: list[Minimum] = []
+    middle = np.array([each.bounds for each in problem.parameters]).mean(axis=1)
     for start in starts:
         solved = solve(problem, start)
         for _ in range(_PULLS):  # towards a start that runs
             if solved is not None:
                 break
-            start = 0.5 * (start + starts[0])
+            start = 0.5 * (start + (middle if start is starts[0] else starts[0]))
             solved = solve(problem, start)
         if solved is None:
             continue
@@ -238,7 +242,9 @@ def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
 def solve(
     problem: FitProblem, start: Array, fixed: int | None = None, most: int = _MOST, ftol: float = _FTOL
 ) -> tuple[Array, float, int] | None:
-    """The minimum next to a start: numbers, twice the cost, evaluations; None if the start does not run.
+    """The minimum next to a start: numbers, sum of squares, evaluations.
+
+    None if the start does not run, or the way down ends at numbers with which there is no run: no minimum.
 
     Parameters
     ----------
@@ -260,8 +266,15 @@ def solve(
     if not len(free):
         return whole, cost_of(problem, problem.residuals(whole)), 1
     room = 1e-6 * (high - low)
+    failed = [False]
+
+    def residuals(z: Array) -> Array:
+        value = problem.residuals(at(z))
+        failed[0] |= not np.isfinite(value).all()
+        return value
+
     found = least_squares(
-        lambda z: problem.residuals(at(z)),
+        residuals,
         np.clip(whole[free], low + room, high - room),
         jac=lambda z: problem.jacobian(at(z))[:, free],
         bounds=(low, high),
@@ -272,6 +285,8 @@ def solve(
         gtol=1e-10,
         max_nfev=most,
     )
+    if failed[0] and found.optimality > _STUCK * found.cost:
+        return None
     return at(found.x), 2.0 * float(found.cost), int(found.nfev)
 
 

@@ -82,7 +82,9 @@ def test_derivatives_are_those_of_whole_runs(curve: str, stage: str) -> None:
         for name in COLUMNS:
             if name != prescribed:
                 size = abs(wanted[name]).max()
-                np.testing.assert_allclose(found[key][name], wanted[name], atol=CLOSE * size, rtol=0.0, err_msg=f"{key} {name}")
+                np.testing.assert_allclose(
+                    found[key][name], wanted[name], atol=CLOSE * size, rtol=0.0, err_msg=f"{key} {name}"
+                )
 
 
 def test_contact_while_a_crack_closes() -> None:
