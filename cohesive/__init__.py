@@ -10,14 +10,16 @@ if TYPE_CHECKING:
     from .law.concrete import Concrete
     from .law.crack_plane import CrackPlane
     from .law.softening import register_softening
+    from .model.prepared import prepare
     from .results.result import Result
     from .scenes.scene import Scene
-    from .simulation import run
+    from .simulation import resume, run
     from .solver.controls import register_control
     from .studies.accuracy import settings_for
     from .studies.compare import Comparison, compare
     from .studies.fit import fit
     from .studies.sensitivities import sensitivities
+    from .studies.sweep import sweep
     from .studies.trade import trade
 
 __all__ = [
@@ -30,12 +32,15 @@ __all__ = [
     "SceneError",
     "compare",
     "fit",
+    "prepare",
     "register_control",
     "register_softening",
     "register_specimen",
+    "resume",
     "run",
     "sensitivities",
     "settings_for",
+    "sweep",
     "trade",
 ]
 
@@ -50,12 +55,15 @@ _HOME = {
     "SceneError": "errors",
     "compare": "studies.compare",
     "fit": "studies.fit",
+    "prepare": "model.prepared",
     "register_control": "solver.controls",
     "register_softening": "law.softening",
     "register_specimen": "meshing.specimens",
+    "resume": "simulation",
     "run": "simulation",
     "sensitivities": "studies.sensitivities",
     "settings_for": "studies.accuracy",
+    "sweep": "studies.sweep",
     "trade": "studies.trade",
 }
 

@@ -8,18 +8,23 @@ from dataclasses import replace
 from pathlib import Path
 
 from .errors import Interrupted, NotConverged, SceneError
+from .growth.found import FoundPath
+from .growth.search import find_path, found_scene
 from .model.build import build
+from .model.model import Model
+from .model.prepared import Prepared
+from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
 from .results.result import Result
+from .scenes.measured import Reference
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.march import March, Step, under_dead_loads
-from .solver.problem import State
 
 
 def run(
     scene: Scene,
-    model: str | None = None,
+    model: str | Prepared | None = None,
     output: str | Path | None = None,
     on_step: Callable[[Step, dict[str, float]], None] | None = None,
     tangent: str = "consistent",
@@ -29,7 +34,8 @@ def run(
     Parameters
     ----------
     scene : Scene
-    model : overrides the scene's model.kind.
+    model : overrides the scene's model.kind; or what `prepare` made of a scene that differs in the law, the modulus and the
+        stages only, whose mesh and condensed stiffness serve again.
     output : folder whose history.csv grows row by row during the run; `Result.save` writes the rest.
     on_step : called after every converged step with it and its row of the history.
     tangent : "consistent", or "secant" to see what Newton's method is worth: a step may then take 1000 iterations.
@@ -49,35 +55,84 @@ def run(
         raise TypeError(f"run(scene) got {scene!r}: expected a Scene, as from Scene.load(name)")
     if tangent not in ("consistent", "secant"):
         raise ValueError(f"tangent = {tangent!r}: expected 'consistent' or 'secant'")
-    if model is not None:
+    if isinstance(model, Prepared):
+        scene = model.scene_of(scene)
+    elif model is not None:
         scene = scene.with_(**{"model.kind": model})
+    found = None if scene.grow is None else find_path(scene)
+    if found is not None:
+        scene = found_scene(scene, found)
     reference = load_reference(scene)
-    built = build(scene, tangent)
-    notes = list(built.notes)
-    done: list[tuple[dict[str, float], State]] = []
-    clock = time.perf_counter()
+    built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent)
+    return _march(scene, built, reference, tangent, output, on_step, found=found)
+
+
+def resume(folder: str | Path, on_step: Callable[[Step, dict[str, float]], None] | None = None) -> Result:
+    """Go on with a run that was killed or interrupted, from its last checkpoint: the history is that of a run that was not.
+
+    Parameters
+    ----------
+    folder : `output` of that run, which is written on. Its checkpoint is a pickle: resume what you trust.
+    on_step : see `run`
+
+    Raises
+    ------
+    SceneError
+        If there is nothing to resume; else as `run`.
+    """
+    last = Checkpoint.read(Path(folder))
+    built = build(last.scene, last.tangent)
+    return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, on_step, last)
+
+
+def _march(
+    scene: Scene,
+    built: Model,
+    reference: Reference | None,
+    tangent: str,
+    output: str | Path | None,
+    on_step: Callable[[Step, dict[str, float]], None] | None,
+    last: Checkpoint | None = None,
+    found: FoundPath | None = None,
+) -> Result:
+    """Take a model through the stages of its scene, from the beginning or from a checkpoint."""
+    notes = [*([] if found is None else found.notes), *built.notes]
+    done: list[Done] = [] if last is None else last.done
+    clock = time.perf_counter() - (done[-1][0]["wall_time"] if done else 0.0)
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference)
+        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference, found)
 
-    with HistoryWriter(output, [column.name for column in built.columns]) as writer:
-        try:
-            built = replace(built, problem=under_dead_loads(built.problem))
-            for step in March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes):
-                row = _row(len(done) + 1, step, built.record(step.equilibrium.state), time.perf_counter() - clock)
-                done.append((row, step.equilibrium.state))  # both or, if an interruption comes between, none
+    try:
+        with HistoryWriter(output, [column.name for column in built.columns]) as writer:
+            for row, _ in done:
                 writer.write(row)
-                if on_step is not None:
-                    on_step(step, row)
-        except (NotConverged, SceneError) as error:
-            error.result = result(str(error))
-            raise
-        except KeyboardInterrupt as error:
-            interrupted = Interrupted(*error.args)
-            interrupted.result = result(str(error) or "interrupted")
-            raise interrupted from error
+            built = replace(built, problem=under_dead_loads(built.problem))
+            march = March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes)
+            if last is not None:
+                march = last.march_on(built) or march
+                notes = march.notes
+            with CheckpointWriter(output, scene, tangent, built, last) as checkpoints:
+                built.problem.stiffness.forget()
+                for step in march:
+                    record = built.record(step.equilibrium.state) | built.crack_lengths(step.equilibrium.state)
+                    row = _row(len(done) + 1, step, record, time.perf_counter() - clock)
+                    done.append((row, step.equilibrium.state))  # both or, if an interruption comes between, none
+                    writer.write(row)
+                    if on_step is not None:
+                        on_step(step, row)
+                    if len(done) % EVERY == 0:
+                        built.problem.stiffness.forget()  # with or without a file, so that a resumed run is the same
+                        checkpoints.write(done, march)
+    except (NotConverged, SceneError) as error:
+        error.result = result(str(error))
+        raise
+    except KeyboardInterrupt as error:
+        interrupted = Interrupted(*error.args)
+        interrupted.result = result(str(error) or "interrupted")
+        raise interrupted from error
     return result()
 
 

@@ -59,7 +59,7 @@ def mesh_band(outline: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
     free, on_end = _sorted_nodes(opened, strips, width)
     bulk, band, points = _mesh_faces(opened, strips, free, sizes, width)
     whole = _renumbered(points, [*((block.type, block.data) for block in bulk), band])
-    for name, group in outline.nodes.items():
+    for name, group in opened.nodes.items():
         at = [_end_nodes(whole, on_end[p], outline.slack) if p in on_end else [nearest(whole, name, p)] for p in group]
         whole.point_sets[name] = np.unique(np.concatenate(at)).astype(np.int64)
     whole.point_sets |= edge_sets(whole, outline.edges)
@@ -87,7 +87,7 @@ def _mesh_faces(
         segments = [ends for strip in strips for ends in zip(strip.path[:-1], strip.path[1:], strict=True)]
         curves = [c for tag, (a, b) in zip(tags, segments, strict=True) for c in _divide_face(gmsh, tag, a, b, sizes, width)]
         set_sizes(gmsh, curves, sizes, 1.0)
-        generate(gmsh, sizes)
+        generate(gmsh, sizes.order)
         mesh = collect(gmsh, [(2, tag) for tag in tags])
     bulk, rows = mesh.cells[:-n_faces], mesh.cells[-n_faces:]
     band = np.concatenate([_in_order(mesh.points, row.data, a, b) for row, (a, b) in zip(rows, segments, strict=True)])

@@ -158,7 +158,7 @@ def _end_on_edge(outline: Outline, i: int, end: Array, lean: float, width: float
 
 
 def _opened(outline: Outline, slit: Line, strip: Strip, end: int, width: float, slack: float) -> Outline:
-    """The body with a slit opened to the end of a row."""
+    """The body with a slit opened to the end of a row; a named point on it becomes those on both sides."""
     tip = strip.path[end]
     mouth = np.array(max(slit, key=lambda p: math.dist(p, tip)), dtype=float)
     at = [i for i, (a, b) in enumerate(_edges(outline.corners)) if _on(mouth, a, b, slack)]
@@ -178,17 +178,27 @@ def _opened(outline: Outline, slit: Line, strip: Strip, end: int, width: float, 
             f"the notch at {_at(mouth)}, opened to {2 * half:g} mm, leaves the body; expected less than "
             f"{width * room / reach:g}",
         )
+    notch = [mouth - reach * along, tip - half * across, tip + half * across, mouth + reach * along]
+    nodes: dict[str, list[Point]] = {}
     for name, group in outline.nodes.items():
+        nodes[name] = []
         for p in group:
+            depth = float((p - mouth) @ inward)
+            if abs((p - mouth) @ across) > slack or not -slack < depth < math.dist(tip, mouth) - slack:
+                nodes[name].append(p)
+            elif depth < slack:
+                nodes[name] += [_point(notch[0]), _point(notch[-1])]
+            else:
+                nodes[name] += [_point(mouth + depth * inward + side * half * across) for side in (-1.0, 1.0)]
+        for p in nodes[name]:
             if abs((p - mouth) @ across) < half - slack and (p - mouth) @ inward < math.dist(tip, mouth) - slack:
                 raise MeshError(
                     f"{name} = {_at(p)}: it falls into the notch, which band.width = {width:g} opens to {2 * half:g} mm; "
                     "expected a point beside the notch",
                     name,
                 )
-    notch = [mouth - reach * along, tip - half * across, tip + half * across, mouth + reach * along]
     corners = [*outline.corners[: at[0] + 1], *map(_point, notch), *outline.corners[at[0] + 1 :]]
-    return replace(outline, corners=corners, slits=[other for other in outline.slits if other is not slit])
+    return replace(outline, corners=corners, nodes=nodes, slits=[other for other in outline.slits if other is not slit])
 
 
 def _check_apart(strips: Sequence[Strip], width: float, slack: float) -> None:

@@ -12,14 +12,15 @@ from types import ModuleType
 import meshio
 import numpy as np
 
-from .arrays import Index
+from .arrays import Array, Index
 from .cells import CELLS, counter_clockwise
 from .errors import MeshError
 from .paths import Line
-from .sizes import MeshSizes
+from .refinement import halved
+from .sizes import GROWTH, MeshSizes
 
-#: growth of the element size with the distance from the path
-_GROWTH = 0.25
+#: growth in a mesh whose cells are divided afterwards: more would spoil their shapes
+_MOST_GROWTH = 0.5
 
 #: meshio's name by gmsh's element number
 _NAMES = {cell.gmsh: name for name, cell in CELLS.items() if cell.gmsh is not None}
@@ -77,39 +78,44 @@ def divide(gmsh: ModuleType, curve: int, size: float) -> None:
     gmsh.model.mesh.setTransfiniteCurve(curve, max(1, round(math.dist(a, b) / size)) + 1)
 
 
-def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor: float) -> None:
+def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor: float, is_divided: bool = False) -> None:
     """Shape of the elements, and sizes that grow with the distance from some curves.
 
-    With a `factor` of 2 quadrilaterals are divided into four in the end, with 1 they are not.
+    Parameters
+    ----------
+    curves : tags of the crack path.
+    factor : by which the elements that gmsh makes are larger than wanted, since their edges are halved afterwards.
+    is_divided : whether gmsh itself halves those of quadrilaterals once.
     """
     field, option = gmsh.model.mesh.field, gmsh.option.setNumber
     distance = field.add("Distance")
     field.setNumbers(distance, "CurvesList", curves)
     field.setNumber(distance, "Sampling", 200)
-    size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size)
+    growth = max(GROWTH, min(_MOST_GROWTH, (factor / 2 if is_divided else factor) * GROWTH))
+    size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size, growth)
     if sizes.shape == "quad":
         option("Mesh.Algorithm", 8)
         option("Mesh.RecombineAll", 1)
         option("Mesh.RecombinationAlgorithm", 1)
-        option("Mesh.SubdivisionAlgorithm", 1 if factor == 2.0 else 0)
+        option("Mesh.SubdivisionAlgorithm", 1 if is_divided else 0)
     else:
         option("Mesh.Algorithm", 6)
 
 
-def size_field(gmsh: ModuleType, distance: str, near: float, far: float) -> None:
+def size_field(gmsh: ModuleType, distance: str, near: float, far: float, growth: float = GROWTH) -> None:
     """Element sizes that grow from `near` to `far` (mm) with a distance, an expression of gmsh in x, y, z and fields."""
     field = gmsh.model.mesh.field
     size = field.add("MathEval")
-    field.setString(size, "F", f"Min({far!r}, {near!r} + {_GROWTH} * {distance})")
+    field.setString(size, "F", f"Min({far!r}, {near!r} + {growth} * {distance})")
     field.setAsBackgroundMesh(size)
     for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
         gmsh.option.setNumber(f"Mesh.{extra}", 0)
 
 
-def generate(gmsh: ModuleType, sizes: MeshSizes) -> None:
+def generate(gmsh: ModuleType, order: int) -> None:
     """Generate the 2D mesh, of second order without interior nodes if so wanted."""
     gmsh.model.mesh.generate(2)
-    if sizes.order == 2:
+    if order == 2:
         gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
         gmsh.model.mesh.setOrder(2)
 
@@ -119,6 +125,29 @@ def collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]] = (), dimension: 
 
     Nodes that no cell uses are dropped; 2D cells are counter-clockwise.
     """
+    return _collect(gmsh, apart, dimension)[0]
+
+
+def collect_halved(gmsh: ModuleType, times: int, order: int) -> meshio.Mesh:
+    """Mesh of the faces with all edges halved some times, see `refinement.halved`; new nodes of curves lie on them."""
+    mesh, index = _collect(gmsh, (), 2)
+    curves = {}
+    for _, tag in gmsh.model.getEntities(1):
+        if gmsh.model.getType(1, tag) != "Line":
+            kinds, _, nodes = gmsh.model.mesh.getElements(1, tag)
+            curves[tag] = index[np.concatenate([np.asarray(flat, dtype=np.int64).reshape(-1, 2) for flat in nodes])]
+            assert list(kinds) == [CELLS["line"].gmsh]
+
+    def project(tag: int, points: Array) -> Array:
+        flat = np.column_stack([points, np.zeros(len(points))]).ravel()
+        closest, _ = gmsh.model.getClosestPoint(1, tag, flat)
+        return np.asarray(closest).reshape(-1, 3)[:, :2]
+
+    return halved(mesh, curves, project, times, order)
+
+
+def _collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]], dimension: int) -> tuple[meshio.Mesh, Index]:
+    """The mesh as `collect` gives it, and its node by gmsh's tag."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     bulk: dict[str, list[Index]] = {}
     last: list[tuple[str, Index]] = []
@@ -139,4 +168,4 @@ def collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]] = (), dimension: 
     points, blocks = position[used], [(kind, index[block]) for kind, block in blocks]
     if dimension == 2:
         blocks = [(kind, counter_clockwise(points, kind, block)) for kind, block in blocks]
-    return meshio.Mesh(points, blocks)
+    return meshio.Mesh(points, blocks), index

@@ -16,7 +16,7 @@ from .arrays import Array, Index
 from .cells import CELLS
 from .errors import MeshError
 from .paths import as_text
-from .stars import Blocks, Star, bulk_cells
+from .stars import Blocks, Star, bulk_cells, touching
 
 
 class _Words(NamedTuple):
@@ -76,7 +76,8 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     """
     slit = np.empty((0, crack.shape[1]), dtype=np.int64) if slit is None else slit
     cells = bulk_cells(mesh)
-    star = Star.from_cells(cells)
+    near, chosen = _around(cells, np.concatenate([crack, slit]), len(mesh.points))
+    star = Star.from_cells(near)
     minus_row, plus_row = _sides(star, np.concatenate([crack, slit]), mesh.points)
     cut = np.unique(star.facet[minus_row])
     if len(cut) < len(minus_row):
@@ -86,9 +87,9 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
             f"the crack {word} runs along a notch or along itself at {_middle(mesh, star, row)}: expected {word}s that at "
             "most cross"
         )
-    cells, original = star.split(cells, cut, len(mesh.points))
+    near, original = star.split(near, cut, len(mesh.points))
     # the same rows of the split cells name the copies on either side
-    rows = Star.from_cells(cells).nodes
+    rows = Star.from_cells(near).nodes
     minus, plus = (
         np.take_along_axis(rows[row], star.columns(row, crack), axis=1)
         for row in (minus_row[: len(crack)], plus_row[: len(crack)])
@@ -96,7 +97,24 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     if (minus == plus)[:, : star.corners].all():
         word, facet, _, whole = _words(star)
         raise MeshError(f"the crack {word} cuts nothing: {len(crack)} element {facet}(s) inside the body, {whole}")
-    return _with_crack_cells(mesh, cells, original, minus, plus)
+    return _with_crack_cells(mesh, _with(cells, chosen, near), original, minus, plus)
+
+
+def _around(cells: Blocks, facets: Index, n_nodes: int) -> tuple[Blocks, list[Index]]:
+    """The cells around the nodes of some facets: those that a cut there concerns."""
+    inside = np.zeros(n_nodes, dtype=bool)
+    inside[facets.ravel()] = True
+    return touching(cells, inside)
+
+
+def _with(cells: Blocks, chosen: list[Index], renumbered: Blocks) -> Blocks:
+    """All cells, the chosen ones of each block with other nodes."""
+    new = []
+    for (kind, block), at, (_, part) in zip(cells, chosen, renumbered, strict=True):
+        whole = block.copy()
+        whole[at] = part
+        new.append((kind, whole))
+    return new
 
 
 def _middle(mesh: meshio.Mesh, star: Star, row: int) -> str:
@@ -120,9 +138,11 @@ def cut_slits(mesh: meshio.Mesh, slit: Index) -> meshio.Mesh:
     """
     cells, original = bulk_cells(mesh), np.arange(len(mesh.points))
     if len(slit):
-        star = Star.from_cells(cells)
+        near, chosen = _around(cells, slit, len(mesh.points))
+        star = Star.from_cells(near)
         minus_row, _ = _sides(star, slit, mesh.points)
-        cells, original = star.split(cells, np.unique(star.facet[minus_row]), len(mesh.points))
+        near, original = star.split(near, np.unique(star.facet[minus_row]), len(mesh.points))
+        cells = _with(cells, chosen, near)
     return meshio.Mesh(
         mesh.points[original],
         cells,
@@ -158,7 +178,7 @@ def mirror_cracks(mesh: meshio.Mesh, crack: Index) -> meshio.Mesh:
         For an edge or face that is not on the boundary of the body.
     """
     cells = bulk_cells(mesh)
-    star = Star.from_cells(cells)
+    star = Star.from_cells(_around(cells, crack, len(mesh.points))[0])
     row = star.find(crack)
     if (row < 0).any() or (star.find(crack[:, ::-1]) >= 0).any():
         word, facet, _, _ = _words(star)

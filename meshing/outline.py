@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .paths import SLACK, Line, Point
+from .paths import SLACK, Line, Point, nodes_on_segment
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Outline:
     corners : of the body, counter-clockwise.
     crack, slits : polylines of the crack and of notches without width, inside the body.
     nodes : points that must be nodes, by the name of the point set they end up in.
-    edges : straight parts of the outline, by the name of the point set of their nodes.
+    edges : polylines along the outline, by the name of the point set of their nodes.
     half : the crack runs along the outline, and a mirror image stands on its other side.
     """
 
@@ -27,7 +27,7 @@ class Outline:
     crack: Sequence[Line]
     slits: Sequence[Line] = ()
     nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
-    edges: Mapping[str, tuple[Point, Point]] = field(default_factory=dict)
+    edges: Mapping[str, Sequence[Point]] = field(default_factory=dict)
     half: bool = False
 
     @property
@@ -40,3 +40,9 @@ class Outline:
     def slack(self) -> float:
         """Distance below which two points are one, mm."""
         return SLACK * float(np.ptp(np.array(self.corners, dtype=float), axis=0).max())
+
+    def has_on_face(self, point: Point) -> bool:
+        """Whether a point lies on the outer face."""
+        at = np.array([point], dtype=float)
+        ends = zip(self.corners, [*self.corners[1:], self.corners[0]], strict=True)
+        return any(bool(nodes_on_segment(at, a, b, self.slack)[0]) for a, b in ends)

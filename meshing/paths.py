@@ -31,20 +31,24 @@ def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
         If a polyline has no length, or is not covered by element edges from end to end.
     """
     from .cells import BULK_2D  # with meshio and SciPy, which are slow to import
-    from .stars import Star
+    from .stars import Star, touching
 
-    star = Star.from_cells([(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in BULK_2D])
-    _, first = np.unique(star.facet, return_index=True)
-    edges, points = star.nodes[first, :2], mesh.points[:, :2]
+    points = mesh.points[:, :2]
     slack = SLACK * float(np.ptp(points, axis=0).max())
     total, covered = path_length(name, lines), 0.0
     found = [np.empty((0, 2), dtype=np.int64)]
-    for line in lines:
-        for a, b in pairwise(line):
-            on = edges[nodes_on_segment(points, a, b, slack)[edges].all(axis=1)]
-            along = (points[on[:, 1]] - points[on[:, 0]]) @ (np.subtract(b, a) / math.dist(a, b))
-            found.append(np.where((along > 0)[:, None], on, on[:, ::-1]))
-            covered += float(abs(along).sum())
+    segments = [(a, b, nodes_on_segment(points, a, b, slack)) for line in lines for a, b in pairwise(line)]
+    if not segments:
+        return found[0]
+    cells = [(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in BULK_2D]
+    star = Star.from_cells(touching(cells, np.any([inside for *_, inside in segments], axis=0), least=2)[0])
+    _, first = np.unique(star.facet, return_index=True)
+    edges = star.nodes[first, :2]
+    for a, b, inside in segments:
+        on = edges[inside[edges].all(axis=1)]
+        along = (points[on[:, 1]] - points[on[:, 0]]) @ (np.subtract(b, a) / math.dist(a, b))
+        found.append(np.where((along > 0)[:, None], on, on[:, ::-1]))
+        covered += float(abs(along).sum())
     if abs(covered - total) > 1e-6 * total:
         raise MeshError(
             f"{name} path of length {total:g} mm: {covered:g} mm of it follow element edges inside the body; expected "

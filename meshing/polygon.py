@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import meshio
 import numpy as np
 
 from .arrays import Index
 from .errors import MeshError
-from .gmsh_session import add_face, add_lines, collect, divide, generate, session, set_sizes
+from .gmsh_session import add_face, add_lines, collect, collect_halved, divide, generate, session, set_sizes
 from .insertion import cut_slits, insert_cracks, mirror_cracks
 from .outline import Outline
 from .paths import SLACK, Line, Point, as_text, edges_on_path, nodes_on_segment, path_length
+from .refinement import halvings
 from .sizes import MeshSizes, check_not_layered, check_sizes
 
 
@@ -22,7 +24,7 @@ def mesh_polygon(
     sizes: MeshSizes,
     slits: Sequence[Line] = (),
     nodes: Mapping[str, Sequence[Point]] | None = None,
-    edges: Mapping[str, tuple[Point, Point]] | None = None,
+    edges: Mapping[str, Sequence[Point]] | None = None,
     half: bool = False,
 ) -> meshio.Mesh:
     """Mesh a polygon, cut it along `crack` (with crack cells) and `slits` (without).
@@ -83,14 +85,16 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
             _, image = occ.fragment([face], tools)
         occ.synchronize()
         # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
-        double = 2.0 if sizes.shape == "quad" else 1.0
+        is_quad = sizes.shape == "quad"
+        times = halvings(outline, sizes)
+        factor = 2.0 ** (times + is_quad)
         if conforming:
             crack = [(dim, tag) for pieces in image[1 : 1 + len(crack)] for dim, tag in pieces if dim == 1]
             for _, tag in crack:
-                divide(gmsh, tag, double * sizes.crack_size)
-        set_sizes(gmsh, [tag for _, tag in crack], sizes, double)
-        generate(gmsh, sizes)
-        mesh = collect(gmsh)
+                divide(gmsh, tag, factor * sizes.crack_size)
+        set_sizes(gmsh, [tag for _, tag in crack], sizes, factor, is_divided=is_quad)
+        generate(gmsh, 1 if times else sizes.order)
+        mesh = collect_halved(gmsh, times, sizes.order) if times else collect(gmsh)
     mesh.point_sets = {name: np.array([nearest(mesh, name, p) for p in group]) for name, group in outline.nodes.items()}
     mesh.point_sets |= edge_sets(mesh, outline.edges)
     return mesh
@@ -112,7 +116,11 @@ def nearest(mesh: meshio.Mesh, name: str, point: Sequence[float]) -> int:
     return best
 
 
-def edge_sets(mesh: meshio.Mesh, edges: Mapping[str, tuple[Point, Point]]) -> dict[str, Index]:
-    """Nodes on straight lines, by name."""
+def edge_sets(mesh: meshio.Mesh, edges: Mapping[str, Sequence[Point]]) -> dict[str, Index]:
+    """Point sets of the nodes on polylines along the outline."""
     slack = SLACK * float(np.ptp(mesh.points, axis=0).max())
-    return {name: np.flatnonzero(nodes_on_segment(mesh.points, *ends, slack)) for name, ends in edges.items()}
+    found = {}
+    for name, line in edges.items():
+        on = [nodes_on_segment(mesh.points, a, b, slack) for a, b in pairwise(line)]
+        found[name] = np.flatnonzero(np.any(on, axis=0))
+    return found

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from .errors import MeshError
 from .keys import check_keys, key
 
+#: growth of the element size with the distance from the path
+GROWTH = 0.25
+
 #: more elements along a crack, or in a body, than any of these cases needs or a machine holds
 _MOST_ALONG, _MOST_IN_ALL = 1e5, 2e7
 

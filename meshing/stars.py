@@ -40,6 +40,15 @@ def bulk_cells(mesh: meshio.Mesh) -> Blocks:
     return cells
 
 
+def touching(cells: Sequence[tuple[str, Index]], nodes: Mask, least: int = 1) -> tuple[Blocks, list[Index]]:
+    """The cells with at least so many of some nodes, in their blocks, and which ones of each block they are."""
+    chosen = []
+    for _, block in cells:
+        inside = nodes[block]
+        chosen.append(np.flatnonzero(inside.any(axis=1) if least == 1 else inside.sum(axis=1) >= least))
+    return [(kind, block[at]) for (kind, block), at in zip(cells, chosen, strict=True)], chosen
+
+
 def numbered(corners: Index, directed: bool) -> Index:
     """Running numbers of facets, corners (n, k): the same for the same nodes, if `directed` in the same direction or sense."""
     size = int(corners.max(initial=0)) + 1

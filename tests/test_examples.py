@@ -13,9 +13,12 @@ from examples import (
     benchmark,
     benchmark_solid,
     crack_that_bends,
+    laboratory,
     law_at_a_point,
+    measured_deflection,
     one_crack_in_tension,
     opening_and_closing,
+    shear_and_pull,
     size_effect,
     width_matters,
 )
@@ -196,3 +199,35 @@ def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
         # drive changes what the first stage controls
         assert row["factorizations"] == row["iterations"] + 2, name
     assert capsys.readouterr().out.count("coarse") == 4  # one as soon as it is done
+
+
+def test_sheared_then_pulled(tmp_path: Path) -> None:
+    out = shear_and_pull.main(size=5.0, plot=tmp_path / "panel.png")
+    assert all(p.balance < 1e-3 for p in out.values())
+    assert out["10 kN, curved"].peak < 0.92 * out["5 kN, curved"].peak < 0.95 * out["no shear, straight"].peak
+    for shear in ("5 kN", "10 kN"):
+        assert out[f"{shear}, straight"].peak < out[f"{shear}, curved"].peak
+        assert out[f"{shear}, curved"].work_of_shear > 0.1 * out[f"{shear}, curved"].work
+    assert is_drawn(tmp_path / "panel.png")
+
+
+def test_specimens_of_laboratories(tmp_path: Path) -> None:
+    """On the supports that the measured slope asks for; the work within 1 %, the panel's peak and work within 3 % of those
+    measured, with parameters that are fitted to them."""
+    out = laboratory.main(steps=20, plot=tmp_path / "laboratory.png")
+    assert 0.99 < out.work < 1.01
+    assert 60e3 < out.stiff_slope < 70e3 and 9.5e4 < out.support < 1.15e5
+    assert abs(out.panel_peak / laboratory.PEAK - 1.0) < 0.03 and abs(out.panel_work / laboratory.WORK - 1.0) < 0.03
+    assert is_drawn(tmp_path / "laboratory.png")
+
+
+def test_measured_deflection(tmp_path: Path) -> None:
+    found = measured_deflection.main(size=6.0, plot=tmp_path / "olsen.png")
+    load_point, yoke = found["driven"], found["deflection"]
+    assert yoke.E_of_slope == pytest.approx(24.7e3, rel=0.005)  # on any mesh
+    assert 1.003 < load_point.E_of_slope / yoke.E_of_slope < 1.03  # the dents make the beam softer
+    for each in found.values():
+        assert each.E == pytest.approx(29e3, rel=0.02)  # as on the fine mesh
+        assert each.agreement.rms < 0.03  # 1.9 % on the fine mesh
+        assert each.agreement.rms < min(each.rms) + 1e-3  # the parabola's minimum
+    assert is_drawn(tmp_path / "olsen.png")

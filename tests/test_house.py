@@ -17,7 +17,19 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 #: a room, and all rooms that are below it; what one floor shares does not see each other
-FLOORS = ["commands", "studies", "simulation", "results", "model", "scenes", "solver", "cracks", "law algebra", "elements"]
+FLOORS = [
+    "commands",
+    "studies",
+    "simulation",
+    "results",
+    "growth",
+    "model",
+    "scenes",
+    "solver",
+    "cracks",
+    "law algebra",
+    "elements",
+]
 BELOW = {room: set(" ".join(FLOORS[i + 1 :]).split()) for i, floor in enumerate(FLOORS) for room in floor.split()}
 #: of the whole package: the public names, the entry of the command, and the module with which an MPI script begins
 FACADES = {"__init__", "__main__", "petsc"}
@@ -26,7 +38,7 @@ OPEN_TO_ALL = {"errors", "arrays"}
 #: of meshing, besides its errors, which are open to all
 WHOLE_MESHING = {"scenes", "model"}
 GEOMETRY = {"meshing.cells", "meshing.stars", "meshing.paths"}
-SEES_GEOMETRY = {"results", "studies"}
+SEES_GEOMETRY = {"results", "studies", "growth"}
 
 MAX_FUNCTION, MAX_FILE = 60, 400
 

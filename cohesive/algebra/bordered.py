@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
@@ -44,6 +44,12 @@ class Stiffness(Protocol):
     @property
     def scale(self) -> float:
         """Largest sum of absolute values in a row, for a bound on rounding."""
+
+    def scaled(self, factor: float) -> Stiffness:
+        """The stiffness times a factor, without the factorizations of this one."""
+
+    def forget(self) -> None:
+        """Factor anew in the next solve, whatever was solved before."""
 
     def solve(
         self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
@@ -90,9 +96,12 @@ class _Bordered(ABC):
     def scale(self) -> float:
         return float(abs(self.matrix).sum(axis=1).max())
 
-    def scaled(self: B, factor: float) -> B:
-        """The stiffness of a body so much stiffer, which remembers no factorization."""
-        return replace(self, matrix=factor * self.matrix, _reused=_Reused())
+    def scaled(self, factor: float) -> Stiffness:
+        matrix = self.matrix if factor == 1.0 else factor * self.matrix
+        return replace(self, matrix=matrix, _reused=_Reused())
+
+    def forget(self) -> None:
+        self._reused.solve = None
 
     @property
     def factorizations(self) -> int:
@@ -185,9 +194,6 @@ class _Bordered(ABC):
                 return None
             x += reused(y)
         return None
-
-
-B = TypeVar("B", bound=_Bordered)
 
 
 @dataclass(frozen=True)

@@ -21,5 +21,6 @@ def bulk_stiffness(blocks: Sequence[ElasticBlock], size: int) -> sp.csr_array:
         rows.append(np.broadcast_to(dofs[:, :, None], K.shape).ravel())
         columns.append(np.broadcast_to(dofs[:, None, :], K.shape).ravel())
         values.append(K.ravel())
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return sp.coo_array(entries, shape=(size, size)).tocsr()
+    # the entries of a single block are not copied: they take more memory than the matrix
+    value, row, column = (part[0] if len(part) == 1 else np.concatenate(part) for part in (values, rows, columns))
+    return sp.coo_array((value, (row, column)), shape=(size, size)).tocsr()

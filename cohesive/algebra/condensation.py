@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,6 +16,9 @@ _SMALLEST_PIVOT = 1e-11
 
 #: rows that are mirrored at once
 BLOCK = 256
+
+#: Schur complements with fewer numbers are added number by number, others by runs of rows
+_SMALL = 40_000
 
 NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
 
@@ -180,23 +184,24 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
 
 def _frontal(K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update]) -> tuple[Array, Array, Array]:
     """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K and the Schur
-    complements of earlier groups."""
-    own = np.zeros((b - a, b - a), order="F")
-    below = np.zeros((len(border), b - a), order="F")
-    rest = np.zeros((len(border), len(border)), order="F")
+    complements of earlier groups, which are taken out of the list to save memory."""
+    k, n = b - a, b - a + len(border)
+    front = np.zeros((n, n))  # transposed: the upper triangle counts
+    flat = front.reshape(-1)  # adding at a list of numbers in one row takes half the time of rows and columns
     entries = slice(K.indptr[a], K.indptr[b])
-    rows, values = K.indices[entries], K.data[entries]
-    columns = np.repeat(np.arange(b - a), np.diff(K.indptr[a : b + 1]))
-    inner = rows < b
-    own[rows[inner] - a, columns[inner]] = values[inner]
-    below[np.searchsorted(border, rows[~inner]), columns[~inner]] = values[~inner]
-    for unknowns, part in updates:
+    rows, columns = K.indices[entries], np.repeat(np.arange(k), np.diff(K.indptr[a : b + 1]))
+    flat[columns * n + np.where(rows < b, rows - a, k + np.searchsorted(border, rows))] = K.data[entries]
+    while updates:
+        unknowns, part = updates.pop(0)
         cut = int(np.searchsorted(unknowns, b))
-        at, beyond = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
-        own[at[:, None], at] += part[:cut, :cut]
-        below[beyond[:, None], at] += part[cut:, :cut]
-        rest[beyond[:, None], beyond] += part[cut:, cut:]
-    return own, below, rest
+        at = np.concatenate([unknowns[:cut] - a, k + np.searchsorted(border, unknowns[cut:])])
+        if part.size < _SMALL:
+            flat[(at[:, None] * n + at).ravel()] += part.T.reshape(-1)
+            continue
+        ends = [0, *(np.flatnonzero(np.diff(at) != 1) + 1).tolist(), len(at)]
+        for first, end in pairwise(ends):  # a run of unknowns without a gap
+            front[at[:end], at[first] : at[first] + end - first] += part.T[:end, first:end]
+    return front[:k, :k].copy().T, front[:k, k:].copy().T, front[k:, k:].copy().T
 
 
 def _symmetric(lower: Array) -> Array:

@@ -27,9 +27,10 @@ ENDS = (NotConverged, KeyboardInterrupt, SceneError, MeshError)
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
-def add_scene(parser: argparse.ArgumentParser, default: str, example: str) -> None:
+def add_scene(parser: argparse.ArgumentParser, default: str, example: str, may_lack: bool = False) -> None:
     """The scene, its changes and the folder for its files, of every command that runs one."""
-    parser.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene (see `cohesive scenes`)")
+    count = "?" if may_lack else None
+    parser.add_argument("scene", metavar="SCENE", nargs=count, help="a TOML file, or a built-in scene (see `cohesive scenes`)")
     parser.add_argument("-o", "--output", metavar="DIR", help=f"folder for the files (default: {default})")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help=f"change a key, as in {example} (see `cohesive keys`)"
@@ -43,6 +44,8 @@ def add_verbose(parser: argparse.ArgumentParser) -> None:
 
 def load_scene(options: argparse.Namespace) -> Scene:
     """The scene of a command line with its changes."""
+    if options.scene is None:
+        raise SceneError("no scene: expected SCENE, a TOML file or the name of a built-in scene, or --resume DIR")
     return Scene.load(options.scene).with_(**assignments(options.set))
 
 

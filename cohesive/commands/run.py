@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from ..errors import SceneError
+from ..results.checkpoints import NAME as CHECKPOINT
 from ..results.files import make_folder
 from ..results.result import Result
 from ..scenes.scene import Scene
-from ..simulation import run
+from ..simulation import resume, run
 from .common import (
     ENDS,
     Commands,
@@ -26,13 +29,14 @@ from .common import (
 )
 
 #: files of a run; one without a converged step leaves no pictures and no frames
-_FILES = ("curve.png", "deformed.png", "history.csv", "frames.pvd", "run.json", "scene.toml")
+_FILES = ("curve.png", "deformed.png", "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml")
 
 
 def add_parser(commands: Commands) -> None:
     """The command's arguments."""
     p = commands.add_parser("run", help="run a scene", description="Run a scene and write curve, pictures and fields.")
-    add_scene(p, "the scene's name", "material.Gf=0.1")
+    add_scene(p, "the scene's name", "material.Gf=0.1", may_lack=True)
+    p.add_argument("--resume", metavar="DIR", help="go on with a run that was killed or interrupted, in its folder; no SCENE")
     p.add_argument("--model", help="discrete or smeared, overrides model.kind")
     p.add_argument("--accuracy", metavar="A", help="choose mesh, steps and solver for a relative error, as in 1%% or 0.01")
     add_verbose(p)
@@ -40,6 +44,8 @@ def add_parser(commands: Commands) -> None:
 
 
 def _execute(options: argparse.Namespace) -> int:
+    if options.resume is not None:
+        return _finished(options, Path(options.resume), _resumed(options))
     scene = load_scene(options)
     if options.model:
         scene = scene.with_(**{"model.kind": options.model})
@@ -50,10 +56,32 @@ def _execute(options: argparse.Namespace) -> int:
         scene, chosen = _accurate(scene, options)
         notes = [chosen]
         print(chosen, flush=True)
+    return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene), notes)
+
+
+def _resumed(options: argparse.Namespace) -> Callable[..., Result]:
+    """What goes on with a run; refused besides what would change its scene."""
+    for name in ("scene", "output", "set", "model", "accuracy"):
+        if getattr(options, name):
+            given = "SCENE" if name == "scene" else f"--{name}"
+            raise SceneError(
+                f"--resume {options.resume}: goes on with the scene of that run, in its folder; expected no {given}"
+            )
+    return partial(resume, options.resume)
+
+
+def _finished(
+    options: argparse.Namespace,
+    folder: Path,
+    execute: Callable[..., Result],
+    steps: int | None = None,
+    notes: Sequence[str] = (),
+) -> int:
+    """Run, save and tell; the exit status."""
     status = 0
-    with progress(expected_steps(scene)) as bar:
+    with progress(steps) as bar:
         try:
-            result = run(scene, output=folder, on_step=reporter(bar, options.verbose))
+            result = execute(on_step=reporter(bar, options.verbose))
         except ENDS as error:
             partial_result = getattr(error, "result", None)
             if not isinstance(partial_result, Result):
@@ -67,6 +95,8 @@ def _execute(options: argparse.Namespace) -> int:
     print(f"files: {folder}/  ({', '.join(name for name in _FILES if (folder / name).exists())})")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
+        if (folder / CHECKPOINT).exists():
+            print(f"cohesive: to go on: cohesive run --resume {folder}", file=sys.stderr)
     return status
 
 

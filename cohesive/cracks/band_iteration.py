@@ -31,6 +31,9 @@ _LENGTHS = 0.5 ** np.arange(1, 8)
 class Group:
     """The points with the same number m of crack planes, and their local iteration.
 
+    `frozen` leaves the damage as it was committed, see `CrackPlane.update`. In the local iteration that holds for its first
+    evaluation only: the first direction is then the elastic one, the iterates that follow may damage.
+
     Parameters
     ----------
     plane : CrackPlane, of any width; each crack takes l_ch for its own.
@@ -80,8 +83,8 @@ class Group:
         return np.asarray(T + self.P[rows] - self.P[rows] @ (self.C[:, None] * T))
 
     def _newton(self, e: Array, strain: Array, rows: Index, frozen: bool) -> tuple[Array, Mask]:
-        """Local iteration of Box 1 with a line search; the history stays what it was. Local strains, and whether they
-        solve their point on the branch that begins elastic."""
+        """Local iteration of Box 1 from the local strains `e` of some points, with a line search; the history stays what it
+        was. Local strains, and whether they solve their point on the branch that begins elastic."""
         e = e.copy()
         floor = 8 * np.finfo(float).eps * float(abs(self.D).max())
         error, T, *_ = self._at(e, strain, rows, frozen)
@@ -107,7 +110,7 @@ class Group:
                 e[found], error[found], T[found] = shorter[better], new_error[better], new_T[better]
                 rising = rising[~better]
         done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
-        if self.shape[1] == 1:  # beyond a fold the determinant has changed its sign
+        if self.shape[1] == 1:  # elastic it is positive; beyond a fold it has changed its sign
             done &= np.linalg.det(self._matrix(T, rows)) > 0
         return e, done
 

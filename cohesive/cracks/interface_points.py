@@ -79,5 +79,6 @@ class InterfaceLaw:
         return self.plane.dissipation(start.deformation, start.Z, state.deformation, state.Z)
 
     def contact_work(self, start: InterfaceState, state: InterfaceState) -> Array:
-        before, after = (self.plane.contact_traction(s.deformation, s.Z) for s in (start, state))
+        # what the traction has besides its first term is exactly zero without contact
+        before, after = (s.stress - self.plane.undamaged_traction(s.deformation, s.Z) for s in (start, state))
         return np.asarray(0.5 * np.einsum("ij,ij->i", before + after, state.deformation - start.deformation))

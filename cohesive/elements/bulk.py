@@ -73,6 +73,10 @@ def elasticity(E: float, nu: float, plane: str | None = None) -> Array:
     return E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
 
 
+#: elements whose matrices are computed together: as many as a processor's cache holds
+_AT_ONCE = 4096
+
+
 @dataclass(frozen=True)
 class ElasticBlock:
     """Elements of one type, linear elastic.
@@ -112,14 +116,15 @@ class ElasticBlock:
         """Of space."""
         return int(self.points.shape[1])
 
-    def _gradients(self, at: Array) -> tuple[Array, Array]:
-        """Strain operator (q, n, k, d nodes) and Jacobian determinant (q, n) at local points (q, d)."""
+    def _gradients(self, at: Array, first: int = 0, end: int | None = None) -> tuple[Array, Array]:
+        """Strain operator (q, n, k, d nodes) and Jacobian determinant (q, n) at local points (q, d) of some elements."""
+        cells = self.cells[first:end]
         _, dN = ELEMENTS[self.kind][0](at)
-        J = np.einsum("qad,nax->qnxd", dN, self.points[self.cells])
+        J = np.einsum("qad,nax->qnxd", dN, self.points[cells])
         det, adjugate = _inverse(J)
         flat = det <= _FLAT * np.linalg.norm(J, axis=-2).max(axis=-1) ** self.dimension
         if flat.any():
-            bad = int(np.flatnonzero(flat.any(axis=0))[0])
+            bad = first + int(np.flatnonzero(flat.any(axis=0))[0])
             place = ", ".join(f"{x:g}" for x in self.points[self.cells[bad]].mean(axis=0))
             size = "area" if self.dimension == 2 else "volume"
             raise ElementError(
@@ -127,7 +132,7 @@ class ElasticBlock:
             )
         dNdx = np.einsum("qad,qndx->qnax", dN, adjugate / det[..., None, None])
         d = self.dimension
-        B = np.zeros((*det.shape, len(PAIRS[d]), d * self.cells.shape[1]))
+        B = np.zeros((*det.shape, len(PAIRS[d]), d * cells.shape[1]))
         for row, (i, j) in enumerate(PAIRS[d]):
             B[..., row, i::d] = dNdx[..., j]
             B[..., row, j::d] = dNdx[..., i]
@@ -136,10 +141,14 @@ class ElasticBlock:
     def stiffness(self) -> Array:
         """Element stiffness matrices, (n, d nodes, d nodes), N/mm."""
         at, weights = ELEMENTS[self.kind][1]
-        B, det = self._gradients(at)
-        K = np.zeros((len(self.cells), B.shape[-1], B.shape[-1]))
-        for Bq, wq in zip(B, self.thickness * weights[:, None] * det, strict=True):
-            K += np.matmul(Bq.transpose(0, 2, 1), (self.D * wq[:, None, None]) @ Bq)
+        n = self.dimension * self.cells.shape[1]
+        K = np.zeros((len(self.cells), n, n))
+        for a in range(0, len(K), _AT_ONCE):
+            part = slice(a, a + _AT_ONCE)
+            B, det = self._gradients(at, a, a + _AT_ONCE)
+            D = self.D if self.D.ndim == 2 else self.D[part]
+            for Bq, wq in zip(B, self.thickness * weights[:, None] * det, strict=True):
+                K[part] += np.matmul(Bq.transpose(0, 2, 1), (D * wq[:, None, None]) @ Bq)
         return K
 
     def stress(self, displacement: Array) -> Array:

@@ -119,8 +119,7 @@ class CrackPlane:
         """Traction (n, d) and new history (n,) of `update`, without the tangent."""
         jump, Z = _checked(jump, Z)
         Z_new = self.history(jump, Z)
-        traction = self.intact(Z_new)[:, None] * self.stiffness(jump.shape[1]) * jump
-        return traction + self.contact_traction(jump, Z_new), Z_new
+        return self.undamaged_traction(jump, Z_new) + self.contact_traction(jump, Z_new), Z_new
 
     def history(self, jump: Array, Z: Array) -> Array:
         """New history (n,) of `update`, eq. (4)."""
@@ -142,6 +141,11 @@ class CrackPlane:
         dZeq[:, 0] += A
         return Zeq, dZeq
 
+    def undamaged_traction(self, jump: Array, Z: Array) -> Array:
+        """First term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""
+        jump, Z = _checked(jump, Z)
+        return np.asarray(self.intact(np.maximum(Z, self.Zt))[:, None] * (self.stiffness(jump.shape[1]) * jump))
+
     def contact_traction(self, jump: Array, Z: Array) -> Array:
         """Second term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""
         jump, Z = _checked(jump, Z)
@@ -156,6 +160,11 @@ class CrackPlane:
         itself: formed as a difference it is 0 from about 7 Zm of the exponential curve."""
         stress = self.concrete.curve.stress(Z - self.Zt)
         return np.asarray(self.Zt / (self.concrete.ft * Z) * stress)
+
+    def strength_left(self, Z: Array) -> Array:
+        """Stress of the softening curve at the history Z over ft, (n,); inf for a plane that is not damaged."""
+        left = self.concrete.curve.stress(np.maximum(Z - self.Zt, 0.0)) / self.concrete.ft
+        return np.where(self.Zt * (1.0 + 1e-9) < Z, left, np.inf)
 
     def damage(self, Z: Array) -> Array:
         """omega of eq. (5), (n,)."""

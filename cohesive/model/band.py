@@ -63,6 +63,12 @@ class BandPart(CrackPart):
         jump, traction, damage = values
         return values_by_name(jump, traction, damage, count) | {"strain_max": major_strain(points.deformation)}
 
+    def strength_left(self, state: State) -> Array:
+        planes, left = state.cracks.planes, np.full(len(self.weights), np.inf)
+        if len(planes.point):
+            np.minimum.at(left, planes.point, self.point_law.plane.with_width(planes.length).strength_left(planes.Z))
+        return left
+
 
 def band_part(
     concrete: Concrete,

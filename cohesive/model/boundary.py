@@ -49,29 +49,30 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
     if mesh.dimension == 3:
         given += specimen.held_across(plane)
     given = [replace(each, direction=extended(specimen, mesh, each.direction)) for each in given]
-    motions: list[Constraint] = []
-    drives: dict[str, Actuator] = {}
-    later: list[float] = []
-    for name, drive in specimen.drives(half=half).items():
-        own = _drive(specimen, mesh, drive)
-        numbers = tuple(range(len(motions), len(motions) + len(own)))
-        drives[name] = Actuator(numbers, is_platen=drive.shear is not None)
-        motions += own
-        later += [drive.spring, *(0.0 for _ in own[1:])]
     supports: list[Constraint] = []
-    acting = [0.0] * len(motions)
+    yielding: list[Constraint] = []
+    acting: list[float] = []
     for support in given:
         held = _support(mesh, support)
         if support.stiffness is None:
             supports += held
         else:
-            motions += held
+            yielding += held
             acting += [support.stiffness * (2.0 if half else 1.0)] * len(held)  # the energy of a half is doubled
+    motions: list[Constraint] = []
+    drives: dict[str, Actuator] = {}
+    later: list[float] = []
+    for name, drive in specimen.drives(half=half).items():
+        own = _drive(specimen, mesh, drive)
+        drives[name] = Actuator(tuple(range(len(motions), len(motions) + len(own))), is_platen=drive.shear is not None)
+        motions += own
+        later += [drive.spring, *(0.0 for _ in own[1:])]
     mirror = None
     if half and mesh.crack is not None and (normal := extended(specimen, mesh, specimen.symmetry())) is not None:
         mirror = Constraint("crack", np.unique(mesh.crack.data), normal)
-    later += [0.0] * (len(motions) - len(later))
-    return Boundary(supports, motions, mirror, drives, np.array(acting), np.array(later))
+    none = np.zeros(len(motions))
+    springs = (np.append(none, acting), np.append(later, np.zeros(len(yielding))))
+    return Boundary(supports, [*motions, *yielding], mirror, drives, *springs)
 
 
 def extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -> Direction | None:
@@ -102,7 +103,7 @@ def _drive(specimen: Specimen, mesh: CrackedMesh, drive: Drive) -> list[Constrai
     if drive.shear is not None:
         motions.append(motion(drive.at, drive.shear, None, None))
     elif drive.against is not None:
-        motions.append(motion(drive.against, drive.direction, drive.lever, drive.holds_jumps))
+        motions.append(motion(drive.against, drive.against_direction or drive.direction, drive.lever, drive.holds_jumps))
     return motions
 
 

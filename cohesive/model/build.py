@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from meshing.errors import MeshError
+from meshing.specimens.base import MAIN_GAUGE
 
 from ..algebra.bulk_matrix import bulk_stiffness
 from ..algebra.choice import Bulk, Condensation, condense
@@ -29,6 +30,7 @@ from .cracks import CrackPart
 from .dead_loads import dead_loads
 from .gauges import measures
 from .interface import interface_part
+from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 
@@ -46,6 +48,8 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
     SceneError, MeshError
         Naming the key or the entity, its value and what was expected.
     """
+    if scene.grow is not None:
+        raise SceneError("specimen.crack = 'grow': the path is not found yet; run(scene) finds it", "specimen.crack")
     timings: dict[str, float] = {}
     with _timed(timings, "mesh"), _keys_named():
         mesh = cracked_mesh(scene)
@@ -57,15 +61,65 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
     with _timed(timings, "condense"):
         condensation = _condensed(bulk, scene.solver.condensation)
         problem = _problem(scene, mesh, cracks, bulk, condensation, held, rows)
-    if tangent == "secant":
-        problem = replace(problem, secant=True)
-    if not problem.is_held():
+    total = bulk.unknowns.transform.shape[1]
+    lengths = CrackLengths.from_specimen(scene.specimen, cracks, problem.measures)
+    forces, notes = scene.specimen.forces(), _notes(scene, mesh, cracks)
+    model = Model(mesh, elastic, cracking, cracks, lengths, forces, problem, condensation, total, timings, notes)
+    return _checked(scene, model, tangent)
+
+
+def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent") -> Model:
+    """The model of a scene from that of another one which differs in the law, the modulus and the stages only.
+
+    Parameters
+    ----------
+    model : of the scene `own`, as built
+    tangent : see `build`
+
+    Raises
+    ------
+    SceneError
+        Naming the key, its value and what was expected.
+    """
+    timings = dict.fromkeys(("mesh", "assemble", "condense"), 0.0)
+    factor = scene.material.E / own.material.E
+    with _timed(timings, "assemble"), _keys_named():
+        elastic, cracking = _elements(scene, model.mesh)
+        cracks = _cracks(scene, model.mesh, cracking)
+        area = _area(scene, model.mesh, cracks)
+        condensation = model.condensation.scaled(factor)
+        problem = replace(
+            model.problem,
+            point_law=cracks.point_law,
+            stiffness=condensation.stiffness,
+            strength=scene.material.ft * area,
+            energy=scene.material.Gf * area,
+            tol=scene.solver.tol,
+            dead_factor=model.problem.dead_factor / factor,  # the coupling to it grows with the stiffness
+        )
+    changed = replace(
+        model,
+        bulk=elastic,
+        band=cracking,
+        cracks=cracks,
+        lengths=CrackLengths.from_specimen(scene.specimen, cracks, problem.measures),
+        problem=problem,
+        condensation=condensation,
+        timings=timings,
+        notes=_notes(scene, model.mesh, cracks),
+    )
+    return _checked(scene, changed, tangent)
+
+
+def _checked(scene: Scene, model: Model, tangent: str) -> Model:
+    """The model with its tangent, once it is known that the body is held and that the stages are possible."""
+    if not model.problem.is_held():
         raise SceneError(
             "specimen: the body is not held, its stiffness is singular; expected supports against every motion", "specimen"
         )
-    check_stages(scene.stages, problem, scene.material, cracks.width)
-    total = bulk.unknowns.transform.shape[1]
-    return Model(mesh, elastic, cracking, cracks, problem, condensation, total, timings, _notes(scene, mesh, cracks))
+    unmeasured = {*scene.specimen.gauges()} - {MAIN_GAUGE, *model.problem.measures}
+    check_stages(scene.stages, model.problem, scene.material, model.cracks.width, unmeasured)
+    return replace(model, problem=replace(model.problem, secant=True)) if tangent == "secant" else model
 
 
 @contextmanager

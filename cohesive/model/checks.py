@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,12 +31,15 @@ def check_units(concrete: Concrete, crack_length: float) -> None:
         )
 
 
-def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, width: float) -> None:
+def check_stages(
+    stages: Sequence[Stage], problem: Problem, concrete: Concrete, width: float, missing: Collection[str] = ()
+) -> None:
     """Refuse targets that this body cannot reach.
 
     Parameters
     ----------
     width : of the crack plane, mm.
+    missing : gauges of the specimen between the sides of a crack that this mesh does not have.
     """
     m = concrete
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
@@ -44,6 +47,7 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     loading = problem.loading
     for i, stage in enumerate(stages):
         loading = _check_drives(i, stage, loading)
+        _check_gauges(i, stage, missing)
         if max(stage.targets) > control_of(stage.control).most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
@@ -52,6 +56,17 @@ def check_stages(stages: Sequence[Stage], problem: Problem, concrete: Concrete, 
     if stages[0].targets[0] == 0:
         raise SceneError("stage.0.to = 0: the run starts there; expected another first target", "stage.0.to")
     _check_first_control(stages[0], problem)
+
+
+def _check_gauges(i: int, stage: Stage, missing: Collection[str]) -> None:
+    """Refuse a gauge between the sides of a crack that this mesh does not have."""
+    for key, names in (("control", [stage.control]), ("until", stage.until or {}), ("unload", stage.unload or {})):
+        for name in names:
+            if name in missing:
+                raise SceneError(
+                    f"stage.{i}.{key} = '{name}': no crack parts the nodes of this gauge; expected another quantity",
+                    f"stage.{i}.{key}",
+                )
 
 
 def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:

@@ -50,6 +50,11 @@ class CrackPart(ABC):
     def point_values(self, state: State) -> dict[str, Array]:
         """The crack at each point, see `Frame`: (p,) each."""
 
+    @abstractmethod
+    def strength_left(self, state: State) -> Array:
+        """Stress of the softening curve that each damaged point has come to, over ft, (p,); inf if it is undamaged. In a band
+        the least of its planes."""
+
     def cell_values(self, state: State) -> dict[str, Array]:
         """Means of `point_values` over the cells."""
         count = np.bincount(self.cell)

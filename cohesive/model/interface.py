@@ -37,6 +37,9 @@ class InterfacePart(CrackPart):
         damage = self.point_law.plane.damage(points.Z)
         return values_by_name(points.deformation, points.stress, damage, np.ones(len(points.Z)))
 
+    def strength_left(self, state: State) -> Array:
+        return self.point_law.plane.strength_left(state.cracks.Z)
+
 
 def default_width(crack_length: float, concrete: Concrete) -> float:
     """Width of the crack plane in mm if the scene names none: the smaller of 1 % of the crack length and 0.4 % of

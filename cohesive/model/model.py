@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+
+from scipy.interpolate import PchipInterpolator
 
 from ..algebra.choice import Condensation
 from ..elements.bulk import ElasticBlock
 from ..solver.columns import COLUMN_NAMES, Column, columns_of
 from ..solver.problem import Problem, State
 from .cracks import CrackPart
+from .lengths import CrackLengths
 from .mesh import CrackedMesh
 
 
@@ -22,6 +27,8 @@ class Model:
     bulk : the elastic elements
     band : the elements that may crack, in the smeared model
     cracks : CrackPart
+    lengths : CrackLengths
+    forces : further forces by name, as multiples of the load
     problem : Problem on the active unknowns
     condensation : Condensation
     total_dofs : number of all unknowns
@@ -33,6 +40,8 @@ class Model:
     bulk: list[ElasticBlock]
     band: list[ElasticBlock]
     cracks: CrackPart
+    lengths: CrackLengths
+    forces: Mapping[str, float]
     problem: Problem
     condensation: Condensation
     total_dofs: int
@@ -54,10 +63,21 @@ class Model:
         """Number of unknowns that Newton's method works on."""
         return len(self.condensation.unknowns)
 
+    @cached_property
+    def _compliance(self) -> PchipInterpolator | None:
+        return self.lengths.curve(self.problem)
+
+    def crack_lengths(self, state: State) -> dict[str, float]:
+        """The quantities of the history that say how far the crack has come in a state."""
+        return {
+            "cohesive_length": self.lengths.cohesive(state),
+            "effective_length": self.lengths.effective(self._compliance, self.problem, state),
+        }
+
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the history of its runs."""
-        return columns_of(self.problem.measures)
+        return columns_of(self.problem.measures, self.problem.loading.names, self.forces)
 
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""
@@ -74,5 +94,18 @@ class Model:
             "stored": state.stored,
             "dissipated": state.dissipated,
             "contact_work": state.contact_work,
+            "released": state.released,
             **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
+            **{name: factor * state.load for name, factor in self.forces.items()},
+            **self._of_drives(state),
         }
+
+    def _of_drives(self, state: State) -> dict[str, float]:
+        """Load and motion of each of several drives."""
+        loading, found = self.problem.loading, {}
+        if len(loading.names) > 1:
+            forces = self.problem.driven_forces(state)
+            for name in loading.names:
+                found[f"load.{name}"] = loading.force(name, forces)
+                found[f"driven.{name}"] = self.problem.driven_motion(name, state)
+        return found

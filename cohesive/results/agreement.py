@@ -51,7 +51,7 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
     ----------
     x, y : (m,) arrays, mm and N, x rising strictly
     """
-    start, end = max(x[0], measured.x[0]), min(x[-1] * (1.0 + 1e-9), measured.x[-1])
+    start, end = max(x[0], measured.x[0]), min(x[-1], measured.x[-1])
     if not end > start:
         return None
     at = np.union1d(x, measured.x)
@@ -76,7 +76,7 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
 
 def _in_band(found: Agreement, measured: Measured, x: Array, y: Array) -> Agreement:
     """The agreement with the points of a band that the run meets, and those that it does not."""
-    met = (measured.x >= found.start) & (measured.x <= found.end)
+    met = (measured.x >= found.start) & (measured.x <= found.end * (1.0 + 1e-9))
     at, low, high = measured.x[met], measured.low[met], measured.high[met]
     load = np.interp(at, x, y)
     bound = np.where(load < low, low, high)
@@ -152,7 +152,7 @@ def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -
         lines += _lines(f"{reference.label}, {curve.name}", curve, agreement(curve, *computed), reference.against)
         lines.append(
             f"  between the tests: {100 * _root_mean_square(spread, curve.x) / max(abs(curve.y).max(), 1e-300):.1f} % of the "
-            f"mean's peak (standard deviation), peaks {peaks.mean():.5g} +- {peaks.std(ddof=1):.2g} N"
+            f"mean's peak (standard deviation), peaks {peaks.mean():.5g} +- {peaks.std(ddof=1):.4g} N"
         )
     return lines
 
@@ -166,9 +166,15 @@ def _lines(name: str, measured: Measured, found: Agreement | None, against: str)
             for x, y, away in found.outside
         ]
     return [
-        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {100 * found.area:+.1f} %, peak {100 * found.peak:+.1f} %, "
+        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {_signed(found.area)}, peak {_signed(found.peak)}, "
         f"over {against} from {found.start:.3g} to {found.end:.3g} mm"
     ]
+
+
+def _signed(part: float) -> str:
+    """A part in percent with its sign, none for zero."""
+    percent = round(100 * part, 1)
+    return f"{percent:+.1f} %" if percent else "0.0 %"
 
 
 def agreement_facts(reference: Reference | None, history: Mapping[str, Array]) -> dict[str, Any] | None:

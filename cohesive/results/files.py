@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import os
 import platform
-import shutil
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from importlib import metadata
@@ -122,26 +120,18 @@ def write_history(data: RunData, folder: Path) -> None:
     write_file(folder / "history.csv", lambda path: write_text(path, text))
 
 
-def write_scene(scene: Scene, folder: Path) -> None:
-    """scene.toml, with the files that it names beside it, so that it runs from there.
+def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
+    """scene.toml, which runs from there: `data` are those of the scene with the names of the copied files.
 
     Raises
     ------
     SceneError
         If the material has a softening curve that no file can hold.
     """
-    data = copy.deepcopy(scene.data)
     try:
         softening_data(scene.material.softening)
     except ParameterError as error:
         raise SceneError(f"material.{error}", "material.softening") from None
-    for table in ("reference", "specimen"):
-        name = data.get(table, {}).get("file")
-        if name is not None:
-            source = scene.file(name)
-            data[table]["file"] = source.name
-            if source.resolve() != (folder / source.name).resolve():
-                write_file(folder / source.name, partial(shutil.copyfile, source))
     write_file(folder / "scene.toml", lambda path: write_text(path, dump_toml(data)))
 
 

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import meshio
 
+from ..errors import SceneError
 from .files import make_folder, write_frames, write_history, write_run, write_scene
 from .frames import Frame, frame_mesh
+from .inputs import copy_inputs
 from .report import summary
 from .run_data import RunData
 
@@ -25,7 +27,8 @@ class Result(RunData):
         return summary(self)
 
     def save(self, folder: str | Path) -> None:
-        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json.
+        """Write history.csv, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json, copies of the files
+        that the scene names in inputs, and path.csv and path.png, if the crack path was looked for.
 
         Each file is written under a temporary name and then renamed. Pictures and frames of an earlier run into the same
         folder are replaced.
@@ -37,13 +40,23 @@ class Result(RunData):
             files are there then.
         """
         from .figures import write_figures  # with matplotlib, which is slow to import
+        from .path_files import write_found
 
         clock = time.perf_counter()
         folder = Path(folder)
         make_folder(folder)
+        failed = None
+        try:  # first: a measured file may be the history of an earlier run into this folder
+            measured = () if self.reference is None else self.reference.curves
+            copied = copy_inputs(self.scene, folder, [each.content for each in measured])
+        except SceneError as error:  # which does not cost the results
+            failed, copied = error, self.scene.data
         write_history(self, folder)
         write_figures(self, folder)
         write_frames(self, folder)
+        write_found(self, folder)
         self.timings["output"] = time.perf_counter() - clock
         write_run(self, folder)
-        write_scene(self.scene, folder)  # last: a curve of the user's own may not be saved
+        write_scene(self.scene, copied, folder)  # last: a curve of the user's own may not be saved
+        if failed is not None:
+            raise failed

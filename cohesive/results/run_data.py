@@ -14,6 +14,7 @@ from .frames import Frame, frame_of
 from .pickling import without_factors
 
 if TYPE_CHECKING:
+    from ..growth.found import FoundPath
     from ..model.model import Model
     from ..scenes.measured import Reference
     from ..scenes.scene import Scene
@@ -33,6 +34,7 @@ class RunData:
     states : list of State, one for each row
     notes : list of remarks on how the stages ended
     reference : Reference or None
+    found : FoundPath, if the crack path was looked for
     timings : seconds: mesh, assemble, condense, newton and, after `save`, output
     """
 
@@ -44,13 +46,14 @@ class RunData:
         states: list[State],
         notes: list[str],
         reference: Reference | None,
+        found: FoundPath | None = None,
     ) -> None:
         self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
         self.history: dict[str, Array] = {
             column.name: np.array([row[column.name] for row in rows]) for column in model.columns
         }
         self.timings = model.timings | {"output": 0.0}
-        self.states = states
+        self.states, self.found = states, found
         self._displacements: Array | None = None  # of all rows, in a result from a pickle
         self._added_compliance: float | None = None
 
@@ -64,6 +67,16 @@ class RunData:
             kept["_added_compliance"] = self.added_compliance() if self.states else None
             kept["model"] = without_factors(self.model)
         return kept
+
+    @property
+    def paths(self) -> list[Array]:
+        """Crack paths, a (k, 2) polyline each, mm; none for a crack that no path describes."""
+        return [np.array(line) for line in self.scene.specimen.paths]
+
+    @property
+    def path(self) -> Array:
+        """The crack path, the first one if there are several: (k, 2), mm; (0, 2) if there is none."""
+        return next(iter(self.paths), np.empty((0, 2)))
 
     @property
     def peak_row(self) -> int:
@@ -100,7 +113,7 @@ class RunData:
         h = self.history
         if not self.states:
             return 0.0
-        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"]
+        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"] - h["released"]
         return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
 
     @property

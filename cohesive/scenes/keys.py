@@ -15,12 +15,13 @@ from meshing.specimens import SPECIMENS
 from ..law.concrete import Concrete
 from ..solver.stages import Stage
 from .checks import alternatives
-from .tables import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
+from .tables import BandOptions, GrowOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
 
 _TYPES = {float: "number", int: "whole number", str: "string", bool: "true or false"}
 
 #: dataclass of each table but [specimen]
 _TABLES: dict[str, type] = {
+    "grow": GrowOptions,
     "mesh": MeshSizes,
     "material": Concrete,
     "interface": InterfaceOptions,

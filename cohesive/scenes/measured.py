@@ -86,7 +86,10 @@ class Reference:
     curves: tuple[Measured, ...]
 
     def computed(self, history: Mapping[str, Array]) -> tuple[Array, Array]:
-        """The computed curve from the unloaded state on: x (mm) and load (N), (m,) each, see `rising`."""
+        """The computed curve from the unloaded state on: x (mm) and load (N), (m,) each, see `rising`; that state alone if the
+        run has no such column, as for a gauge that its mesh cannot place."""
+        if self.against not in history:
+            return np.zeros(1), np.zeros(1)
         return rising(np.r_[0.0, history[self.against]], np.r_[0.0, history["load"]])
 
     def residuals(self, history: Mapping[str, Array]) -> Array:

@@ -29,7 +29,7 @@ def check_gauge_names(kind: str, names: Sequence[str]) -> None:
             )
 
 
-def check_stage_names(stages: Sequence[Stage], gauges: Sequence[str]) -> None:
+def check_stage_names(stages: Sequence[Stage], gauges: Sequence[str], drives: Sequence[str], forces: Sequence[str]) -> None:
     """Refuse a control, or a quantity to watch, that neither every run nor this specimen has.
 
     Raises
@@ -37,7 +37,7 @@ def check_stage_names(stages: Sequence[Stage], gauges: Sequence[str]) -> None:
     SceneError
         Naming the key, its value, and what there is.
     """
-    columns = columns_of(gauges)
+    columns = columns_of(gauges, drives, forces)
     controls = [*CONTROLS, *(name for name in gauges if name not in CONTROLS)]
     for i, stage in enumerate(stages):
         if stage.control not in controls:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SceneError
-from ..solver.columns import COLUMNS
+from ..solver.columns import columns_of
 from .measured import Measured, Reference, rising
 from .scene import Scene
 from .tables import ReferenceOptions
@@ -19,12 +19,16 @@ from .units import FORCES, LENGTHS, factor_of
 
 #: what names of columns say of themselves, the first is looked for first
 _WORDS = {
-    "opening": ("opening", "cmod", "cod", "crack mouth", "clip gauge", "clip gage"),
-    "deflection": ("deflection", "mid span", "midspan"),
+    "opening": ("opening", "cod"),
+    "cmod": ("crack mouth", "clip gauge", "clip gage"),
+    "deflection": ("mid span", "midspan"),
+    "ctod": (),
     "driven": ("driven", "displacement", "stroke", "crosshead", "cross head", "actuator", "piston", "load point"),
     "sliding": ("sliding", "slip", "cmsd", "csd"),
 }
-_LOADS = ("load", "force", "kraft")
+_LOADS = ("load", "force")
+#: how such names end in German
+_ENDINGS = {"opening": "öffnung", "deflection": "durchbiegung", "driven": "weg", "load": "kraft"}
 _LOWER, _UPPER = ("min", "lower", "low"), ("max", "upper", "high")
 
 
@@ -49,6 +53,8 @@ def load_reference(scene: Scene) -> Reference | None:
     against, curves = options.against, []
     for name in options.files:
         measured, column = _load(scene.file(name), f"reference.file = {name!r}", options, against, columns)
+        if column == "cmod" and options.against is None and scene.specimen.has_main_gauge:
+            column = "opening"  # the main gauge is the clip gauge of the test
         against = against or column  # the first file says it for all
         curves.append(measured)
     assert against is not None
@@ -57,8 +63,8 @@ def load_reference(scene: Scene) -> Reference | None:
 
 def _columns_of(scene: Scene) -> list[str]:
     """Columns of the history that a measured x may be, those in mm."""
-    fixed = [column.name for column in COLUMNS if column.unit == "mm"]
-    return list(dict.fromkeys([*fixed, *scene.specimen.gauges()]))
+    every = columns_of(scene.specimen.gauges(), list(scene.specimen.drives()))
+    return [column.name for column in every if column.unit == "mm"]
 
 
 def _load(
@@ -159,7 +165,7 @@ def _loads(table: TextTable) -> list[int]:
 
 def _is_load(title: str) -> bool:
     words = _plain(title).split()
-    return any(word in _LOADS for word in words) and "point" not in words
+    return any(word in _LOADS or word.endswith(_ENDINGS["load"]) for word in words) and "point" not in words
 
 
 def _only(table: TextTable, found: Sequence[int], key: str) -> int:
@@ -182,7 +188,8 @@ def _abscissa(table: TextTable, against: str | None) -> int | None:
 
 def _says(title: str, column: str) -> bool:
     plain = f" {_plain(title)} "
-    return any(f" {word} " in plain for word in (_plain(column), *_WORDS.get(column, ()))) and not _is_load(title)
+    found = any(f" {word} " in plain for word in (_plain(column), *_WORDS.get(column, ())))
+    return (found or plain.rstrip().endswith(_ENDINGS.get(column, "\n"))) and not _is_load(title)
 
 
 def _said(table: TextTable, x: int, columns: Sequence[str]) -> str:
@@ -192,6 +199,8 @@ def _said(table: TextTable, x: int, columns: Sequence[str]) -> str:
         return "opening"
     own = [column for column in columns if _plain(title) == _plain(column)]
     column = own[0] if own else next((column for column in _WORDS if _says(title, column)), None)
+    if column == "cmod" and column not in columns:
+        column = "opening"
     if column is None or column not in columns:
         what = "says no column of the history" if column is None else f"says {column}, which this run has not"
         raise TableError(f"the name of column {x + 1}, {title!r}, {what}; expected reference.against = {_or(columns)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import reprlib
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 import tomli_w
 
 from meshing.errors import MeshError
+from meshing.paths import Line
 from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS, Specimen
 
@@ -22,12 +23,17 @@ from ..law.concrete import PRESETS, Concrete, with_preset
 from ..solver.stages import Stage
 from .checks import RENAMED_KINDS, build_table, check_known, hint, is_a, refuse, table_of
 from .names import check_gauge_names, check_stage_names
-from .tables import BandOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
+from .tables import BandOptions, GrowOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
 
 #: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
 ELEMENTS_IN_ZONE, COARSENING = 15, 8.0
 
-TABLES = ("title", "specimen", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output")
+TABLES = (
+    "title", "specimen", "grow", "mesh", "material", "interface", "model", "band", "stage", "solver", "reference", "output",
+)  # fmt: skip
+
+#: value of `specimen.crack` with which the path is found
+GROW = "grow"
 
 _BUILTIN = resources.files("cohesive.scenes") / "builtin"
 
@@ -70,6 +76,7 @@ class Scene:
         self.output = build_table(OutputOptions, table_of(self.data, "output"), "output")
         self.reference = self._reference()
         self._check_model()
+        self.grow = self._grow()
         self.stages = self._stages()
 
     def _specimen(self) -> tuple[str, Specimen]:
@@ -83,7 +90,38 @@ class Scene:
             raise refuse("specimen.kind", kind, RENAMED_KINDS[kind])
         if not isinstance(kind, str) or kind not in SPECIMENS:
             raise refuse("specimen.kind", kind, f"one of {names}{hint(kind, SPECIMENS)}")
+        if table.get("crack") == GROW and SPECIMENS[kind].has_outline:  # it has its default path until another is found
+            del table["crack"]
         return kind, build_table(SPECIMENS[kind], table, "specimen").located(self.file)
+
+    def _grow(self) -> GrowOptions | None:
+        """[grow], if the crack path is to be found."""
+        if self.data["specimen"].get("crack") != GROW or not self.specimen.has_outline:
+            if "grow" in self.data:
+                raise SceneError("grow: no path is looked for; expected specimen.crack = 'grow' or no such table", "grow")
+            return None
+        options = build_table(GrowOptions, table_of(self.data, "grow"), "grow")
+        key, value = "specimen.crack", GROW
+        if self.dimension == 3:
+            raise SceneError(f"{key} = {value!r}: paths are found in the plane only; expected model.dimension = 2", key)
+        if self.model.half:
+            raise SceneError(f"{key} = {value!r}: a path may leave the plane of symmetry; expected model.half = false", key)
+        if not self.specimen.starts and not options.starts:
+            raise SceneError(f"{key} = {value!r}: this {self.kind} has no notch; expected grow.starts", key)
+        return options
+
+    def along(self, lines: Sequence[Line]) -> Scene:
+        """The scene with given crack paths, on elements of the same sizes, discrete."""
+        assert self.sizes is not None
+        sizes = {f"mesh.{name}": getattr(self.sizes, name) for name in ("crack_size", "far_size")}
+        crack = [[list(point) for point in line] for line in lines]
+        scene = self.without_search(crack).with_(**sizes)
+        return scene.with_(**{"model.kind": "discrete"})
+
+    def without_search(self, crack: Any) -> Scene:
+        """The scene with a given crack path."""
+        data = {name: value for name, value in self.data.items() if name != "grow"}
+        return Scene(data | {"specimen": data["specimen"] | {"crack": crack}}, self.folder)
 
     def _sizes(self) -> MeshSizes | None:
         """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
@@ -145,8 +183,8 @@ class Scene:
             )
         if model.half and self.specimen.symmetry() is None:
             raise SceneError(
-                f"model.half = true: this {self.kind} is not symmetric about its crack; expected a notched-beam with its "
-                "notch at mid-span, or a notched-tension, with the default crack path",
+                f"model.half = true: this {self.kind} is not symmetric about its crack; expected false, or a symmetric "
+                "specimen with its notch in the middle and the default crack path",
                 "model.half",
             )
 
@@ -157,7 +195,7 @@ class Scene:
         found = [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
         gauges = list(self.specimen.gauges())
         check_gauge_names(self.kind, gauges)
-        check_stage_names(found, gauges)
+        check_stage_names(found, gauges, list(self.specimen.drives()), list(self.specimen.forces()))
         return found
 
     @classmethod

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from meshing.keys import check_keys, key
 
@@ -15,6 +16,48 @@ class Table:
 
     def __post_init__(self) -> None:
         check_keys(self, ParameterError)
+
+
+@dataclass(frozen=True)
+class GrowOptions(Table):
+    """[grow]: the search for crack paths, with specimen.crack = "grow"."""
+
+    segment: float | None = key(
+        "length of the segments by which a crack grows; default: 4 times mesh.crack_size", None, unit="mm", above=0
+    )
+    criterion: str = key(
+        "'stress': the crack follows the ray from its tip along which the averaged hoop stress is largest; 'symmetry': it "
+        "takes the direction in which it does not slide at the tip of its next segment. No segment turns by more than 75 "
+        "degrees",
+        "stress",
+        one_of=("stress", "symmetry"),
+    )
+    radius: float | None = key(
+        "length of the rays over which the stress is averaged; default: 3 times mesh.crack_size", None, unit="mm", above=0
+    )
+    starts: Any = key(
+        "list of {at = [x, y], direction = [x, y]}: further cracks, from a point of a face or the end of a notch", None
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.starts is None:
+            object.__setattr__(self, "starts", [])
+        elif not isinstance(self.starts, list) or not all(map(_is_start, self.starts)):
+            raise ParameterError(f"starts = {self.starts!r}: expected a list of {{at = [x, y], direction = [x, y]}}", "starts")
+
+
+def _is_start(entry: Any) -> bool:
+    """Whether an entry of `starts` has two vectors in the plane, the direction not zero."""
+    if not isinstance(entry, dict) or set(entry) != {"at", "direction"}:
+        return False
+    vectors = list(entry.values())
+    if not all(isinstance(v, (list, tuple)) and len(v) == 2 for v in vectors):
+        return False
+    numbers = [c for v in vectors for c in v]
+    if not all(isinstance(c, (int, float)) and not isinstance(c, bool) and abs(c) < 1e100 for c in numbers):
+        return False
+    return any(entry["direction"])
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,8 @@ class TextTable:
             rows = ["\t".join(self.dialect.fields(row)) for row in rows]
             separator = "\t"
         if self.dialect.decimal == ",":
+            if any("." in row and not self._is_numeric(row, columns) for row in self.rows):
+                raise self._first_wrong(columns)
             rows = "\n".join(rows).replace(",", ".").split("\n")
         delimiter = None if separator == _SPACE else separator
         try:
@@ -113,6 +115,10 @@ class TextTable:
             field = self.dialect.fields(self.rows[row])[columns[k]]
             raise TableError(f"{self.place(row, columns[k])}: {reprlib.repr(field)} is not finite")
         return np.asarray(found)
+
+    def _is_numeric(self, line: str, columns: Sequence[int]) -> bool:
+        fields = self.dialect.fields(line)
+        return all(self.dialect.is_number(fields[column]) for column in columns)
 
     def _first_wrong(self, columns: Sequence[int]) -> TableError:
         """The error for the first field that is no number."""
@@ -183,7 +189,8 @@ def parse_table(text: str) -> TextTable:
 
 def _dialect(lines: Sequence[str], data: Sequence[int]) -> Dialect:
     """The separator and decimal sign with which most fields are numbers, in lines of which the last ones are data."""
-    sample = [lines[data[k]] for k in np.unique(np.linspace(len(data) // 2, len(data) - 1, _SAMPLE).astype(int))]
+    first = 0 if len(data) <= _SAMPLE else len(data) // 2
+    sample = [lines[data[k]] for k in np.unique(np.linspace(first, len(data) - 1, _SAMPLE).astype(int))]
     is_quoted = any('"' in line for line in sample)
     best, most = None, 0.0
     for separator in ("\t", ";", ",", _SPACE):

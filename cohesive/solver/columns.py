@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -28,17 +28,31 @@ class Column:
 
 COLUMNS = (
     Column("step", "", "number of the converged step"),
-    Column("load", "N", "force along the motion of the drive", watched=True, unloaded=True),
+    Column("load", "N", "force along the motion of the drive that the stage moves", watched=True, unloaded=True),
     Column("opening", "mm", "normal motion between the points of the gauge", watched=True, unloaded=True),
     Column("sliding", "mm", "tangential motion between the points of the gauge", watched=True, unloaded=True),
-    Column("driven", "mm", "motion of the drive, on which the load does its work", watched=True, unloaded=True),
+    Column(
+        "driven",
+        "mm",
+        "motion of the drive that the stage moves, on which the load does its work",
+        watched=True,
+        unloaded=True,
+    ),
     Column("stress_n", "MPa", "mean normal traction on the crack", watched=True, unloaded=True),
     Column("stress_s", "MPa", "mean shear traction on the crack", watched=True, unloaded=True),
-    Column("work", "N mm", "work of the load so far", watched=True),
+    Column("work", "N mm", "work of all loads so far", watched=True),
     Column("elastic", "N mm", "elastic energy of the bulk, and of the specimen's springs", watched=True),
     Column("stored", "N mm", "energy stored on the cracks, given back on unloading", watched=True),
     Column("dissipated", "N mm", "energy that damage has dissipated so far", watched=True),
     Column("contact_work", "N mm", "work of the contact tractions so far", watched=True),
+    Column("released", "N mm", "energy that snaps of the crack have set free so far"),
+    Column("cohesive_length", "mm", "length of the crack path that is damaged and keeps more than 1 % of ft"),
+    Column(
+        "effective_length",
+        "mm",
+        "length of the crack without tractions, notch included, that gives the body its secant compliance (of cmod, else "
+        "opening, else driven, over load); nan if there is not one notch, one straight or kinked path from it and one drive",
+    ),
     Column("iterations", "", "iterations of Newton's method in the step"),
     Column("cuts", "", "how often the step was cut before it converged"),
     Column("residual", "", "residual of the step, relative to its forces"),
@@ -52,10 +66,15 @@ COLUMN_NAMES = tuple(column.name for column in COLUMNS)
 LOAD_RATIO = "load_ratio"
 
 
-def columns_of(gauges: Iterable[str]) -> tuple[Column, ...]:
-    """All columns of a run: those of every run, then one for each further gauge."""
+def columns_of(gauges: Iterable[str], drives: Sequence[str] = (), forces: Iterable[str] = ()) -> tuple[Column, ...]:
+    """All columns of a run: those of every run, one for each further gauge and force and, of several drives, two for each."""
     motions = (Column(name, "mm", f"motion that the gauge {name} measures", True, True) for name in gauges)
-    return (*COLUMNS, *(column for column in motions if column.name not in COLUMN_NAMES))
+    further = [column for column in motions if column.name not in COLUMN_NAMES]
+    further += [Column(name, "N", f"{name.replace('_', ' ')}, in proportion to the load", True, True) for name in forces]
+    for name in drives if len(drives) > 1 else ():
+        further.append(Column(f"load.{name}", "N", f"force of the drive {name}", True, True))
+        further.append(Column(f"driven.{name}", "mm", f"motion of the drive {name}", True, True))
+    return (*COLUMNS, *further)
 
 
 def watched(columns: Iterable[Column]) -> tuple[str, ...]:

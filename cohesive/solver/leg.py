@@ -29,7 +29,7 @@ _KEPT_LOAD, _LOST_ENERGY = 0.7, 0.05
 
 @dataclass
 class Leg:
-    """The way to one target; iterate over its steps once.
+    """The way to one target; iterate over its steps once. With each step it stands where the next one begins.
 
     Attributes
     ----------
@@ -68,6 +68,8 @@ class Leg:
     _reversal: bool = field(init=False)  # whether the next step is the first one after a reversal
     _cuts: int = field(default=0, init=False)  # of the next step
     _leads_away: bool = field(default=False, init=False)
+    _has_begun: bool = field(default=False, init=False)
+    _found: list[Step] = field(default_factory=list, init=False)  # which are still to be handed out
 
     def __post_init__(self) -> None:
         self._control = control_of(self.stage.control)
@@ -78,9 +80,11 @@ class Leg:
 
     def __iter__(self) -> Iterator[Step]:
         name = self.stage.control
-        if self._distance <= self.slack.get(name, 0.0) + 1e-12 * abs(self._start):
-            return
-        self._prepare()
+        if not self._has_begun:
+            if self._distance <= self.slack.get(name, 0.0) + 1e-12 * abs(self._start):
+                return
+            self._prepare()
+        yield from self._handed_out()
         # a converged step may miss its target by the tolerance, and dissipation must not be driven back
         while not self.is_reached and self._direction * (self.target - self._value) > self.slack[name]:
             left, snapped = abs(self.target - self._value), False
@@ -92,9 +96,10 @@ class Leg:
                 if self._size >= SMALLEST_STEP * self._nominal:
                     continue
                 if self._control.is_motion and (back := self._trace_back()):
-                    yield from back
+                    self._found = back
                     self._move(back[-1].equilibrium.state)
                     self._size = SNAP_STEP * self._nominal
+                    yield from self._handed_out()
                     continue
                 trial, snapped = self._snap(error), True
             if self._passes(trial.state, snapped):
@@ -105,13 +110,18 @@ class Leg:
                 )
                 return
             if snapped:
-                free = trial.state.unaccounted - self.state.unaccounted
+                free = trial.state.released - self.state.released
                 self.notes.append(
                     f"stage {self.number}: the crack snaps at {name} = {self._value:.5g}, which sets {free:.3g} N mm free"
                 )
-            yield Step(trial, self._cuts, name, self._control.value(self.problem, trial.state), self.number)
+            step = Step(trial, self._cuts, name, self._control.value(self.problem, trial.state), self.number)
             self._move(trial.state)
             self._size = next_size(self.problem, self._size, trial.iterations, self._nominal, self.step_growth)
+            yield step
+
+    def _handed_out(self) -> Iterator[Step]:
+        while self._found:
+            yield self._found.pop(0)
 
     def _is_unloading(self) -> bool:
         return self.event is not None and self.event is self.stage.unload
@@ -122,6 +132,7 @@ class Leg:
 
     def _prepare(self) -> None:
         """Nominal step, first step, and by how much the target may be missed."""
+        self._has_begun = True
         count = self.stage.count(self._distance)
         self._nominal = self._distance / count
         self.slack[self.stage.control] = 2.0 * max(1e-9, self.problem.tol) * self._nominal

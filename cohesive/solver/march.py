@@ -40,31 +40,59 @@ class March:
     step_growth: float = 1.0
     notes: list[str] = field(default_factory=list)
     _slack: dict[str, float] = field(default_factory=dict, init=False)  # by which each control may have missed its target
+    _before: State = field(init=False)
+    _state: State = field(init=False)
+    _watch: Watch = field(init=False)
+    _number: int = field(default=0, init=False)  # of the stage, 0 before the first one
+    _to_come: list[tuple[float, Event | None]] = field(default_factory=list, init=False)  # legs of the stage
+    _leg: Leg | None = field(default=None, init=False)
+    _is_apart: bool = field(default=False, init=False)  # the body, for good
+
+    def __post_init__(self) -> None:
+        self._before = self._state = self.problem.initial()
+        self._watch = Watch(self.record)
 
     def __iter__(self) -> Iterator[Step]:
-        before = state = self.problem.initial()
-        watch = Watch(self.record)
-        for number, stage in enumerate(self.stages, start=1):
-            if stage.redirects:
-                before = state = self._redirect(state, number, stage)
-            is_reached = False
-            for target, event in _legs(stage):
-                leg = Leg(
-                    self.problem, stage, number, target, event, before, state, watch, self._slack, self.notes, self.step_growth
-                )
-                for step in leg:
-                    before, state = state, step.equilibrium.state
-                    watch.keep(state)
-                    yield step
-                    if self.problem.is_separated(state) and not self._returns(number, target):
-                        self.notes.append("ended early: the crack has run through, no traction is left")
-                        return
-                is_reached = leg.is_reached
-                if event is stage.until and is_reached:
+        """The steps from where the march stands: all that it knows is in its fields, so that one that was pickled goes on."""
+        while not self._is_apart and self._finds_leg():
+            assert self._leg is not None
+            for step in self._leg:
+                self._before, self._state = self._state, step.equilibrium.state
+                self._watch.keep(self._state)
+                separated = self.problem.is_separated(self._state)
+                self._is_apart = separated and not self._returns(self._number, self._leg.target)
+                yield step
+                if self._is_apart:
                     break
-            if stage.until is not None:
-                reached = "ended where" if is_reached else "reached its last target before"
-                self.notes.append(f"stage {number} {reached} {event_text(stage.until)}")
+            else:
+                self._end_leg(self._leg)
+        if self._is_apart:
+            self.notes.append("ended early: the crack has run through, no traction is left")
+
+    def _finds_leg(self) -> bool:
+        """Whether there is a leg, begun or to begin."""
+        while self._leg is None and not self._to_come and self._number < len(self.stages):
+            stage = self.stages[self._number]
+            self._number += 1
+            self._to_come = list(_legs(stage))
+            if stage.redirects:
+                self._before = self._state = self._redirect(self._state, self._number, stage)
+        if self._leg is None and self._to_come:
+            (target, event), stage = self._to_come.pop(0), self.stages[self._number - 1]
+            self._leg = Leg(
+                self.problem, stage, self._number, target, event, self._before, self._state, self._watch, self._slack,
+                self.notes, self.step_growth,
+            )  # fmt: skip
+        return self._leg is not None
+
+    def _end_leg(self, leg: Leg) -> None:
+        """After the last step of a leg, and of a stage."""
+        self._leg, until = None, leg.stage.until
+        if leg.event is until and leg.is_reached:
+            self._to_come.clear()
+        if until is not None and not self._to_come:
+            reached = "ended where" if leg.is_reached else "reached its last target before"
+            self.notes.append(f"stage {self._number} {reached} {event_text(until)}")
 
     def _redirect(self, state: State, number: int, stage: Stage) -> State:
         """Do to the drives what a stage says."""

@@ -238,4 +238,5 @@ def next_state(problem: Problem, start: State, now: Guess) -> State:
         stored=float(weights @ stored),
         dissipated=start.dissipated + float(weights @ dissipated),
         contact_work=start.contact_work + float(weights @ law.contact_work(start.cracks, now.cracks)),
+        released=start.released,
     )  # fmt: skip

@@ -49,6 +49,7 @@ class State(Guess):
     stored : energy on the cracks that unloading gives back
     dissipated : by damage
     contact_work : of the contact tractions
+    released : by snaps
     """
 
     driven: float = 0.0
@@ -57,11 +58,12 @@ class State(Guess):
     stored: float = 0.0
     dissipated: float = 0.0
     contact_work: float = 0.0
+    released: float = 0.0
 
     @property
     def unaccounted(self) -> float:
         """Work that no energy accounts for."""
-        return self.work - self.elastic - self.stored - self.dissipated - self.contact_work
+        return self.work - self.elastic - self.stored - self.dissipated - self.contact_work - self.released
 
 
 @dataclass(frozen=True)
@@ -263,6 +265,10 @@ class Problem:
     def measure(self, name: str, state: State) -> float:
         """Value of a linear measure, mm."""
         return self.motion(self.measures[name], state)
+
+    def driven_motion(self, name: str, state: State) -> float:
+        """Motion of one of the drives, mm."""
+        return self.motion(self._on_motions(self.loading.row(name)), state)
 
     def describe(self, point: int) -> str:
         """Coordinates of a point, for messages."""

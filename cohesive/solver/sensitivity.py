@@ -22,6 +22,7 @@ from ..cracks.interface_points import InterfaceState
 from ..cracks.interface_variation import InterfaceSteps, InterfaceVariation
 from .controls import Dissipation, LinearControl, Load, control_of
 from .problem import Guess, Problem, State
+from .snap import onset_within
 from .steps import Step
 
 
@@ -92,6 +93,27 @@ class Sensitivity:
         """
         if not self.parameters:
             return []
+        if energies and len(whole := self._with_onsets()) > len(self.steps):
+            given = {id(step) for step in self.steps}
+            kept = [i for i, step in enumerate(whole) if id(step) in given]
+            found = Sensitivity(self.problem, whole, self.parameters)._rates(energies)
+            return [[rates[i] for i in kept] for rates in found]
+        return self._rates(energies)
+
+    def _with_onsets(self) -> list[Step]:
+        """The steps, each in which damage begins in two parts, as its work and energies are those of both."""
+        law, found = self.problem.point_law, []
+        for start, step in zip(self.states[:-1], self.steps, strict=True):
+            now = step.equilibrium.state
+            begins = now.dissipated > start.dissipated and not law.is_on_surface(start.cracks)
+            if begins and not control_of(step.control).begins_at_onset:
+                onset = onset_within(self.problem, start, step.control, step.value)
+                if onset is not None:
+                    found.append(Step(onset, 0, "dissipation", start.dissipated, step.stage))
+            found.append(step)
+        return found
+
+    def _rates(self, energies: bool) -> list[list[State]]:
         size = self.problem.operator.size
         count, p = len(self.parameters), len(self.problem.operator.weights)
         explicit = [self.points.at_rest(each.variation) for each in self.parameters]
@@ -135,26 +157,26 @@ class Sensitivity:
         problem, step, start, now = self.problem, self.steps[i], self.states[i], self.states[i + 1]
         control = control_of(step.control)
         if control.begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
-            return self._onset(i)
+            return self._onset(i, last)
         asked = control.equation(problem, step.value, start, Guess(now.v, now.load, now.cracks))
         gaps = np.zeros(len(self.parameters))
         if isinstance(control, Dissipation):
             gaps = last.dissipated + self._dissipation(i, last)
         return asked.row, asked.corner, gaps
 
-    def _onset(self, i: int) -> tuple[Array, float, Array]:
-        """A step that ended where the next point begins to be damaged: Zeq = Zt there."""
+    def _onset(self, i: int, last: _Rates) -> tuple[Array, float, Array]:
+        """A step that ended where the next point begins to be damaged further: Zeq is its history there."""
         problem, points, law = self.problem, self.points, self.problem.point_law
         p = len(problem.operator.weights)
         jump, Z = self.states[i + 1].cracks.deformation, self.states[i].cracks.Z
-        at = int(np.argmax(law.plane.equivalent_jump(jump)[0] - Z))  # type: ignore[attr-defined]
+        at = int(np.argmax(law.plane.equivalent_jump(jump)[0] / Z))  # type: ignore[attr-defined]
         gradient = np.zeros_like(jump)
         gradient[at] = points.slope[i * p + at] / problem.operator.weights[at]
 
-        def gap(law, by):  # type: ignore[no-untyped-def]
-            return law.plane.equivalent_jump(jump[[at]], gradient=False)[0][0] - law.plane.Zt
+        def equivalent(law, by):  # type: ignore[no-untyped-def]
+            return law.plane.equivalent_jump(jump[[at]], gradient=False)[0][0]
 
-        gaps = np.array([float(each.variation.differences(gap)) for each in self.parameters])
+        gaps = np.array([float(each.variation.differences(equivalent)) for each in self.parameters]) - last.Z[:, at]
         return problem.operator.force(gradient), 0.0, gaps
 
     def _dissipation(self, i: int, last: _Rates) -> Array:

@@ -22,9 +22,8 @@ SNAPPING_STEPS = 60
 def snap_through(problem: Problem, start: State, control: str, target: float, reach: float) -> Equilibrium:
     """The next equilibrium where there is none close by: the crack snaps, held back by damping until it rests.
 
-    Damped steps at the same target, each from the state of the last one, with a damping that falls as they
-    converge; at last a step without any. What the snap releases is not dissipated by the law and shows in
-    the energy balance.
+    Damped steps at the same target, each from the state of the last one, with a damping that falls as they converge; at last
+    a step without any. The work against the damping, by the trapezoidal rule over these steps, is what the snap releases.
 
     Raises
     ------
@@ -33,6 +32,7 @@ def snap_through(problem: Problem, start: State, control: str, target: float, re
     """
     stiffest = float(problem.point_law.elastic().max())
     damping, iterations = stiffest, 0
+    resistance = np.zeros_like(start.cracks.deformation)
     for _ in range(SNAPPING_STEPS):
         try:
             trial = advance(problem, start, control, target, damping=damping, reach=reach)
@@ -41,44 +41,92 @@ def snap_through(problem: Problem, start: State, control: str, target: float, re
             if damping > 1e4 * stiffest:
                 raise
             continue
-        start, iterations = trial.state, iterations + trial.iterations
+        before, resistance = resistance, damping * (trial.state.cracks.deformation - start.cracks.deformation)
+        start, iterations = _released(problem, start, trial.state, before + resistance), iterations + trial.iterations
         damping /= 4.0
         if damping < 1e-2 * stiffest:
             try:
                 trial = advance(problem, start, control, target, reach=reach)
             except NotConverged:
                 continue
-            return Equilibrium(trial.state, iterations + trial.iterations, trial.residuals)
+            state = _released(problem, start, trial.state, resistance)
+            return Equilibrium(state, iterations + trial.iterations, trial.residuals)
     raise NotConverged("the crack snaps and does not come to rest")
 
 
+def _released(problem: Problem, start: State, state: State, twice_mean: Array) -> State:
+    """The state with what damping took on the way from `start`, from the sum of the damping stresses at both ends, (p, c)."""
+    change = state.cracks.deformation - start.cracks.deformation
+    taken = 0.5 * float(problem.operator.weights @ np.einsum("pi,pi->p", twice_mean, change))
+    return replace(state, released=state.released + taken)
+
+
 def advance_past_onset(problem: Problem, start: State, control: str, target: float, reversal: bool) -> Equilibrium:
-    """A step of a stage: to its target, or to the onset of damage if the control begins there and nothing is damaged yet."""
-    if control_of(control).begins_at_onset and not problem.point_law.is_on_surface(start.cracks):
+    """A step of a stage to its target. If damage begins in it, or begins again, its work and energies are those of two parts,
+    of which the first one ends there: the trapezoidal rule would run over a kink. A control that begins at the onset ends
+    there, if nothing is damaged yet.
+    """
+    is_elastic = not problem.point_law.is_on_surface(start.cracks)
+    if is_elastic and control_of(control).begins_at_onset:
         return advance_to_onset(problem, start)
-    return advance(problem, start, control, target, reversal)
+    trial = advance(problem, start, control, target, reversal)
+    if not is_elastic or trial.state.dissipated <= start.dissipated:
+        return trial
+    onset = onset_within(problem, start, control, target)
+    if onset is None:
+        return trial
+    try:
+        rest = advance(problem, onset.state, control, target)
+    except NotConverged:
+        return trial
+    return Equilibrium(rest.state, trial.iterations + rest.iterations, rest.residuals)
 
 
-def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
+def onset_within(problem: Problem, start: State, control: str, target: float) -> Equilibrium | None:
+    """Where damage begins, or begins again, in a step from a state in which no point stands where it is damaged further; None
+    if the way there is not linear, or leads beyond the target."""
+    try:
+        onset = advance_to_onset(problem, start, _load_direction(problem, start, control, target))
+    except NotConverged:
+        return None
+    values = [control_of(control).value(problem, state) for state in (start, onset.state)]
+    return onset if 0.0 < (values[1] - values[0]) / (target - values[0]) < 1.0 else None
+
+
+def _load_direction(problem: Problem, start: State, control: str, target: float) -> float:
+    """1 if the load grows on the elastic way to a target, -1 if it falls."""
+    asked = control_of(control).equation(problem, target, start, start)
+    change = float(asked.row @ _elastic_rate(problem, start)) + asked.corner
+    return -1.0 if asked.gap * change > 0 else 1.0
+
+
+def _elastic_rate(problem: Problem, start: State) -> Array:
+    """Change of the unknowns under one more newton of load while nothing is damaged further, (n,), mm/N."""
+    return problem.response(problem.point_law.update(start.cracks.deformation, start.cracks, frozen=True)[1])
+
+
+def advance_to_onset(problem: Problem, start: State, direction: float = 1.0) -> Equilibrium:
     """The state in which, on the elastic path from `start`, the next point begins to be damaged.
 
-    Dissipation control starts there: before it nothing dissipates, and a load beyond it may not exist.
+    Parameters
+    ----------
+    direction : 1 if the load grows on the way, -1 if it falls.
 
     Raises
     ------
     NotConverged
         If the path is not linear, as in contact.
     """
-    rate = problem.response(problem.point_law.update(start.cracks.deformation, start.cracks, frozen=True)[1])
+    rate = direction * _elastic_rate(problem, start)
     load = _load_to_onset(problem, start, problem.operator.deformation(rate))
-    v, load = start.v + load * rate, start.load + load
+    v, load = start.v + load * rate, start.load + direction * load
     cracks, _ = problem.point_law.update(problem.operator.deformation(v), start.cracks)
     nucleated = problem.point_law.nucleate(start.cracks, cracks)
     if nucleated is not None:
         start = replace(start, cracks=nucleated)
         cracks, _ = problem.point_law.update(problem.operator.deformation(v), nucleated)
     residual = problem.residual(v, problem.operator.force(cracks.stress), load)
-    error = float(np.linalg.norm(residual)) / abs(load)
+    error = float(np.linalg.norm(residual)) / max(abs(load), 1e-4 * problem.strength)
     if error > problem.tol:
         raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
     return Equilibrium(next_state(problem, start, Guess(v, load, cracks)), 1, [error])

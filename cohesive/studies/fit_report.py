@@ -70,7 +70,7 @@ def save(fit: Fitted, figure: Figure, folder: str | Path) -> None:
     for i, scene in enumerate(fit.scenes, start=1):
         home = folder if len(fit.scenes) == 1 else folder / f"scene-{i}"
         make_folder(home)
-        write_scene(scene, home)
+        write_scene(scene, scene.data, home)
 
 
 def _write_table(fit: Fitted, path: Path) -> None:

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
 
 from ..errors import NotConverged, SceneError
 from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import run
+
+#: what a process that cannot run means, as a rule
+NOT_STARTED = (
+    "a process for the runs ended by itself. If it did so at once: each starts by importing the script, which must call this "
+    'below `if __name__ == "__main__":` and stand in a file; else memory was short. workers=1 needs no processes'
+)
 
 
 def run_all(scenes: Iterable[Scene], executor: Executor | None = None) -> Iterator[Result]:
@@ -57,6 +65,41 @@ def processes() -> Iterator[Executor]:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def workers(count: int) -> Iterator[Executor]:
+    """An executor with `count` processes that live as long as it does. If it is left by an error, they are ended at once.
+
+    Raises
+    ------
+    RuntimeError
+        In a script that starts itself again in each of them.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)  # this is one of the processes, on its way through the script: the first one tells
+    before = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_leave_interruption)
+    try:
+        yield pool
+    except BaseException as error:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        if isinstance(error, BrokenProcessPool):
+            raise RuntimeError(NOT_STARTED) from error
+        raise
+    pool.shutdown()
+
+
+def _leave_interruption() -> None:
+    """Ctrl-C reaches all processes of a terminal: what becomes of the runs is for the first one to say."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager

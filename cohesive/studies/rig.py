@@ -11,9 +11,8 @@ import numpy as np
 from ..algebra.bordered import Stiffness
 from ..arrays import Array, Index
 from ..errors import SceneError, TooCostly
-from ..model.build import build
 from ..model.model import Model
-from ..model.other_material import with_material
+from ..model.prepared import Prepared, prepare
 from ..scenes.scene import Scene
 from ..solver.march import March, Step
 from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
@@ -68,30 +67,23 @@ class Rig:
     runs: int = field(default=0, init=False)
     condensations: int = field(default=0, init=False)
     sensitivities: int = field(default=0, init=False)
-    _built: tuple[Scene, Model] | None = field(default=None, init=False, repr=False)
+    _prepared: Prepared = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.scene = self.scene.with_(**_sizes(self.scene))
-        if self.scene.model.kind == "discrete" and self.scene.interface.width is None:
-            width = self.model(self.scene).cracks.width
-            model = self._built
-            self.scene = self.scene.with_(**{"interface.width": width})
-            self._built = None if model is None else (self.scene, model[1])
+        self._prepared = self._prepare(self.scene)
+        self.scene = self._prepared.scene
+
+    def _prepare(self, scene: Scene) -> Prepared:
+        self.condensations += 1
+        return prepare(scene)
 
     def model(self, scene: Scene) -> Model:
         """The model of a scene that differs from the last one in some values."""
-        if self._built is not None:
-            old, model = self._built
-            if old is scene:
-                return model
-            if _but_for_material(old) == _but_for_material(scene):
-                other = with_material(model, old.material, scene.material)
-                if other is not None:
-                    return other
-        self.condensations += 1
-        model = build(scene)
-        self._built = (scene, model)
-        return model
+        try:
+            return self._prepared.model_of(self._prepared.scene_of(scene))
+        except SceneError:  # another mesh or another stiffness
+            self._prepared = self._prepare(scene)
+            return self._prepared.model
 
     def run(self, values: Mapping[str, float], stages: Sequence[Stage] | None = None, tol: float | None = None) -> Rows:
         """Run with some values changed.
@@ -195,20 +187,6 @@ class _Counted:
         if self._count > self._most:
             raise TooCostly(f"more than {self._most} iterations: the crack snaps, or other steps are needed")
         return self._stiffness.solve(*system)
-
-
-def _sizes(scene: Scene) -> dict[str, float]:
-    """The sizes of the mesh that a scene leaves to the rule."""
-    if scene.sizes is None:
-        return {}
-    return {"mesh.crack_size": scene.sizes.crack_size, "mesh.far_size": scene.sizes.far_size}
-
-
-def _but_for_material(scene: Scene) -> dict[str, Any]:
-    """What the mesh and the boundary of a scene follow from."""
-    return {
-        name: table for name, table in scene.data.items() if name not in ("material", "stage", "reference", "output", "title")
-    }
 
 
 def _is_of_law(key: str) -> bool:

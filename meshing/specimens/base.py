@@ -64,6 +64,7 @@ class Drive:
     share : of the motion of the whole, in one half of it.
     spring : stiffness that resists the motion along `direction` where a stage leaves it free, N/mm.
     against : a second location, on which the opposite force acts; the driven motion is that of `at` against it.
+    against_direction : unit vector along which the second location is measured and pushed back; None: `direction`.
     """
 
     at: Location
@@ -74,6 +75,7 @@ class Drive:
     share: float = 1.0
     spring: float = 0.0
     against: Location | None = None
+    against_direction: Direction | None = None
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,8 @@ class Specimen(ABC):
     elements_along: ClassVar[int] = 25
     #: whether [mesh] gives its element sizes
     is_sized: ClassVar[bool] = True
+    #: whether an outline describes it, in which crack paths can be found
+    has_outline: ClassVar[bool] = False
 
     thickness: float | None
 
@@ -169,6 +173,10 @@ class Specimen(ABC):
         """Whether a gauge measures the opening; if not it is the mean jump over the crack."""
         return MAIN_GAUGE in self.gauges()
 
+    def forces(self) -> Mapping[str, float]:
+        """Further forces, by name, as multiples of the load: each has a column of its name."""
+        return {}
+
     def pressures(self) -> list[Pressure]:
         """Pressures on its faces."""
         return []
@@ -200,9 +208,20 @@ class Specimen(ABC):
         """Length of the crack, mm; None if only the mesh tells."""
         return None if self.crack_area is None else self.crack_length_of(self.crack_area)
 
+    @property
+    def notch_depth(self) -> float | None:
+        """Depth of the notch that the crack path goes on from, mm, 0 without one; None if one length does not say how far
+        the crack has come, as between two notches."""
+        return None
+
     def crack_length_of(self, area: float) -> float:
         """Length of a crack of some area (mm^2), mm: that of its path or, of a surface without one, the root of its area."""
         return math.sqrt(area) if self.thickness is None else area / self.thickness
+
+    @property
+    def starts(self) -> list[tuple[Point, Point]]:
+        """Ends of the notches, from each of which one crack may grow, and the directions of the notches there."""
+        return []
 
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""
@@ -227,6 +246,7 @@ class PlaneSpecimen(Specimen):
     """
 
     dimensions: ClassVar[tuple[int, ...]] = (2, 3)
+    has_outline: ClassVar[bool] = True
 
     thickness: float
     crack: Any = None
@@ -255,6 +275,17 @@ class PlaneSpecimen(Specimen):
     def tips(self) -> list[Point]:
         """Centres of the notches' ends."""
         return []
+
+    @property
+    def starts(self) -> list[tuple[Point, Point]]:
+        """The ends of the notches at which a path begins or ends, and the directions of these paths there."""
+        found = []
+        for line in self.paths:
+            for (x, y), (x1, y1) in ((line[0], line[1]), (line[-1], line[-2])):
+                length = math.dist((x, y), (x1, y1))
+                if any(math.dist((x, y), tip) < 1e-6 for tip in self.tips):
+                    found.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
+        return found
 
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""

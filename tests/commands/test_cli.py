@@ -30,7 +30,7 @@ def test_files_of_a_run(folder: Path) -> None:
     assert not [name for name in names if "partial" in name]
     with open(folder / "history.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == COLUMNS
+    assert tuple(rows[0]) == (*COLUMNS, "deflection", "cmod", "ctod")
     assert [int(row["step"]) for row in rows] == list(range(1, 21))
     facts = json.loads((folder / "run.json").read_text())
     assert facts["peak_load"] == pytest.approx(max(float(row["load"]) for row in rows))

@@ -63,8 +63,9 @@ def test_damaged_scenes_are_refused_in_one_line() -> None:
     for name in built_in():
         scene = Scene.load(name)
         data = TABLES | copy.deepcopy(scene.data)
-        size = 3 * data["mesh"]["crack_size"]
-        data["mesh"] |= {"crack_size": size, "far_size": 2 * max(size, data["mesh"]["far_size"])}
+        assert scene.sizes is not None
+        size = 3 * scene.sizes.crack_size
+        data["mesh"] = data.get("mesh", {}) | {"crack_size": size, "far_size": 2 * max(size, scene.sizes.far_size)}
         scenes.append((data, scene.folder))
     refused = 0
     for seed in range(500):

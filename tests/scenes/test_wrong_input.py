@@ -76,7 +76,7 @@ WRONG = {
     "tolerance": (changed(solver={"tol": 0.0}), r"solver.tol = 0.0: expected"),
     "condensation": (changed(solver={"condensation": "full"}), r"solver.condensation = 'full': expected"),
     "reduction": (changed(solver={"reduction": "full"}), r"solver.reduction: this key is gone; expected solver.condensation"),
-    "control": (changed(stage__0__control="cmod"), r"stage.0.control = 'cmod': expected one of opening"),
+    "control": (changed(stage__0__control="cmot"), r"stage.0.control = 'cmot': expected one of opening"),
     "steps": (changed(stage__0__steps=0), r"stage.0.steps = 0: expected"),
     "until": (changed(stage__0__until={"lode": 1.0}), r"stage.0.until = .*expected a number for one of load"),
     "falling dissipation": (

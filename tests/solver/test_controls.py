@@ -185,12 +185,12 @@ def test_names_are_not_given_twice_and_only_to_controls() -> None:
 
 
 def test_the_columns() -> None:
-    assert len(set(COLUMN_NAMES)) == len(COLUMNS) == 17
+    assert len(set(COLUMN_NAMES)) == len(COLUMNS) == 20
     assert set(unloaded(COLUMNS)) < set(watched(COLUMNS)) and set(watched(COLUMNS)) - set(COLUMN_NAMES) == {"load_ratio"}
     assert [column.name for column in columns_of(["opening", "cmod"])] == [*COLUMN_NAMES, "cmod"]
     assert all(column.meaning and not column.meaning.endswith(".") for column in COLUMNS)
     recorded = build(block()).record(build(block()).problem.initial())
-    assert tuple(recorded) == tuple(column.name for column in COLUMNS if column.watched)
+    assert tuple(recorded) == tuple(column.name for column in COLUMNS if column.watched or column.name == "released")
 
 
 def test_exceptions_travel_between_processes() -> None:

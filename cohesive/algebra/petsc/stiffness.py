@@ -82,6 +82,12 @@ class PetscStiffness:
     def scale(self) -> float:
         return float(abs(self._matrix).sum(axis=1).max())
 
+    def scaled(self, factor: float) -> PetscStiffness:
+        return PetscStiffness(factor * self._matrix)
+
+    def forget(self) -> None:
+        self._layout = None
+
     def solve(
         self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
     ) -> Array:

@@ -1,0 +1,112 @@
+"""A plane body in which cracks grow: where a straight way from a tip meets a face, a notch or another crack."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from meshing.paths import Line, Point
+
+from ..arrays import Array
+
+#: what lies nearer to a tip than this part of the size of the body is the tip itself
+_SLACK = 1e-7
+
+
+@dataclass(frozen=True)
+class Hit:
+    """Where a straight way ends.
+
+    Attributes
+    ----------
+    distance : from its start, mm
+    point : there
+    what : the name of what it meets
+    """
+
+    distance: float
+    point: Point
+    what: str
+
+
+@dataclass(frozen=True)
+class Body:
+    """A plane body, by its outline.
+
+    Attributes
+    ----------
+    faces : closed polygons: the outer face and those of holes
+    slits : notches without width
+    """
+
+    faces: Sequence[Line]
+    slits: Sequence[Line]
+
+    @property
+    def size(self) -> float:
+        """The longest side of the box around the body, mm."""
+        return float(np.ptp(np.asarray(self.faces[0], dtype=float), axis=0).max())
+
+    def first_hit(self, start: Point, heading: Array, cracks: Iterable[Line] = ()) -> Hit | None:
+        """What a straight way meets first; None if it starts outside and leads nowhere.
+
+        Parameters
+        ----------
+        heading : (2,) array, unit vector
+        cracks : polylines of other cracks
+        """
+        obstacles = [*(("the face", [*face, face[0]]) for face in self.faces), *(("a notch", slit) for slit in self.slits)]
+        obstacles += [("another crack", line) for line in cracks]
+        best: tuple[float, str] | None = None
+        for what, line in obstacles:
+            distance = _way_to(np.asarray(start), heading, np.asarray(line, dtype=float), _SLACK * self.size)
+            if distance is not None and (best is None or distance < best[0]):
+                best = distance, what
+        if best is None:
+            return None
+        end = np.asarray(start) + best[0] * heading
+        return Hit(best[0], (float(end[0]), float(end[1])), best[1])
+
+    def is_on(self, point: Point, line: Line) -> bool:
+        """Whether a point lies on a polyline."""
+        return distance_to(point, [line]) < _SLACK * self.size
+
+    def is_inside(self, point: Point) -> bool:
+        """Whether a point lies within the body, not on its faces: by the number of faces that a way to the right crosses."""
+        x, y = point
+        inside = False
+        for face in self.faces:
+            if self.is_on(point, [*face, face[0]]):
+                return False
+            for (ax, ay), (bx, by) in pairwise([*face, face[0]]):
+                if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
+                    inside = not inside
+        return inside
+
+
+def _way_to(start: Array, heading: Array, line: Array, slack: float) -> float | None:
+    """Distance from a start to a polyline (k, 2) along a heading, mm; None if the way does not meet it."""
+    across = np.array([-heading[1], heading[0]])
+    along, off = (line - start) @ heading, (line - start) @ across
+    found = [float(t) for t, o in zip(along, off, strict=True) if abs(o) < slack and t > slack]  # its corners
+    for (t0, o0), (t1, o1) in pairwise(zip(along, off, strict=True)):
+        if (o0 < 0) != (o1 < 0) and abs(o1 - o0) > slack:
+            t = float(t0 + (t1 - t0) * o0 / (o0 - o1))
+            if t > slack:
+                found.append(t)
+    return min(found, default=None)
+
+
+def distance_to(point: Point, lines: Iterable[Line]) -> float:
+    """Distance of a point from the nearest of some polylines, mm; infinite without one."""
+    best = math.inf
+    p = np.asarray(point, dtype=float)
+    for line in lines:
+        for a, b in pairwise(np.asarray(line, dtype=float)):
+            share = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+            best = min(best, float(np.hypot(*(p - a - share * (b - a)))))
+    return best

@@ -1,0 +1,250 @@
+"""The search for crack paths: grown segment by segment, then judged by runs along the whole of them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import count
+
+import numpy as np
+
+from meshing.paths import Line, Point, as_text
+
+from ..errors import SceneError
+from ..scenes.scene import Scene
+from .body import Body, distance_to
+from .crack import Crack, other_lines, trial_lines
+from .found import FoundPath, Vertex
+from .trial import Trial, run_trial
+
+#: no segment turns by more than this, radians
+LARGEST_TURN = math.radians(75.0)
+
+#: default segment and averaging radius, in sizes of elements along the crack
+_SEGMENT, _RADIUS = 4.0, 3.0
+
+#: passes over the whole path, and the part of a segment by which the last one may move it, straight ends left out
+_MOST_PASSES, _SETTLED = 6, 0.25
+
+#: part of a change of direction that a pass makes: the whole of it overshoots, for a crack that is off its way turns back by
+#: about twice the angle between them
+_RELAXATION = 0.5
+
+#: more segments than any path needs
+_MOST_SEGMENTS = 500
+
+
+def find_path(scene: Scene) -> FoundPath:
+    """The crack paths of a scene whose cracks grow.
+
+    Raises
+    ------
+    SceneError, MeshError
+        For bad input, or if no tip is ever due.
+    """
+    return Search(scene).find()
+
+
+def found_scene(scene: Scene, found: FoundPath) -> Scene:
+    """The scene with the found paths, which runs without the search."""
+    lines = [[list(point) for point in line] for line in found.lines]
+    return scene.without_search(lines[0] if len(lines) == 1 else lines)
+
+
+@dataclass
+class Search:
+    """A search.
+
+    Attributes
+    ----------
+    scene : Scene
+    trials : what was run
+    """
+
+    scene: Scene
+    trials: list[Trial] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        assert self.scene.grow is not None and self.scene.sizes is not None
+        self.options, size = self.scene.grow, self.scene.sizes.crack_size
+        outline = self.scene.specimen.outline()  # type: ignore[attr-defined]
+        self.body = Body([list(outline.corners)], list(outline.slits))
+        self.segment = self.options.segment or _SEGMENT * size
+        self.radius = self.options.radius or _RADIUS * size
+
+    def _starts(self) -> list[Crack]:
+        """The cracks before they grow."""
+        given = [(tuple(entry["at"]), entry["direction"]) for entry in self.options.starts]
+        for i, (at, _) in enumerate(given):
+            lines = [*([*face, face[0]] for face in self.body.faces), *self.body.slits]
+            if not any(self.body.is_on(at, line) for line in lines):
+                key = f"grow.starts.{i}.at"
+                raise SceneError(f"{key} = {list(at)}: expected a point of a face or of a notch", key)
+        starts = [*self.scene.specimen.starts, *given]
+        return [Crack(((float(x), float(y)),), (math.atan2(dy, dx),)) for (x, y), (dx, dy) in starts]
+
+    def find(self) -> FoundPath:
+        """Grow all cracks, then judge them."""
+        clock = time.perf_counter()
+        if self.scene.specimen.symmetry() is not None and not self.options.starts:
+            lines = list(self.scene.specimen.paths)
+            return self._found(lines, [], ["path: straight, the specimen is symmetric about it"], clock)
+        cracks = self._grow(self._starts())
+        cracks, last, passes, moved = self._judge(cracks)
+        vertices = _vertices(cracks, last)
+        return self._found([list(c.points) for c in cracks], vertices, self._notes(cracks, vertices, passes, moved), clock)
+
+    def _grow(self, cracks: list[Crack]) -> list[Crack]:
+        """Segment by segment, until each crack has met something."""
+        before: float | None = None
+        for _ in range(_MOST_SEGMENTS):
+            growing = [i for i, crack in enumerate(cracks) if not crack.end]
+            if not growing:
+                return cracks
+            trial = self._try(trial_lines(cracks, self.body), [(cracks[i].tip, cracks[i].heading) for i in growing], before)
+            if not any(trial.due):
+                return self._stopped(cracks, growing, trial)
+            for i, probe, due in zip(growing, trial.probes, trial.due, strict=True):
+                if due is None:
+                    continue
+                before, others = due.control, other_lines(cracks, i)
+                turn, stress = probe.strongest(due.reading, LARGEST_TURN)
+                if probe.is_clear(due.reading, turn, stress):
+                    cracks[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, others)
+                else:
+                    cracks[i] = cracks[i].held("the stresses ahead favour no direction", self.segment, self.body, others)
+        raise SceneError(f"grow.segment = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones",
+                         "grow.segment")  # fmt: skip
+
+    def _stopped(self, cracks: list[Crack], growing: Sequence[int], trial: Trial) -> list[Crack]:
+        """All cracks held on their way, for no tip is due any more."""
+        if all(len(crack.points) == 1 for crack in cracks):
+            why = trial.ended or "the stress ahead stays below the strength"
+            raise SceneError(f"specimen.crack = 'grow': no crack starts before the last stage ends, {why}", "specimen.crack")
+        for i in growing:
+            cracks[i] = cracks[i].held("the run ends first", self.segment, self.body, other_lines(cracks, i))
+        return cracks
+
+    def _try(
+        self, lines: list[Line], tips: list[tuple[Point, float]], before: float | None = None, whole: bool = False
+    ) -> Trial:
+        trial = run_trial(self.scene, lines, tips, self.radius, LARGEST_TURN, not whole, before)
+        self.trials.append(trial)
+        return trial
+
+    def _judge(self, cracks: list[Crack]) -> tuple[list[Crack], Trial, int, float]:
+        """Passes over the whole path, until one moves it by little: the cracks, the last pass, their number, and by how much
+        it would move the path, mm."""
+        for number in count(1):
+            tips = [tip for crack in cracks for tip in zip(crack.points[:-1], crack.headings[:-1], strict=True)]
+            trial = self._try([list(crack.points) for crack in cracks], tips, whole=True)
+            judged = self._redirected(cracks, trial)
+            moved = max(_movement(new, old) for new, old in zip(judged, cracks, strict=True))
+            if moved < _SETTLED * self.segment or number == _MOST_PASSES:
+                return cracks, trial, number, moved
+            cracks = judged
+        raise AssertionError  # counting does not end
+
+    def _redirected(self, cracks: list[Crack], trial: Trial) -> list[Crack]:
+        """The cracks with the directions that a run along the whole of them tells. Those that end at another one come last."""
+        verdicts = iter(zip(trial.probes, trial.due, strict=True))
+        headings: list[list[float | None]] = []
+        for crack in cracks:
+            headings.append([])
+            for _ in crack.points[:-1]:
+                probe, due = next(verdicts)
+                turn, stress = (0.0, 0.0) if due is None else probe.strongest(due.reading, LARGEST_TURN)
+                is_clear = due is not None and probe.is_clear(due.reading, turn, stress)
+                old = crack.headings[len(headings[-1]) + 1]
+                headings[-1].append(old + _RELAXATION * (probe.heading + turn - old) if is_clear else None)
+        found: dict[int, Crack] = {}
+        for i in sorted(range(len(cracks)), key=lambda i: cracks[i].end == "another crack"):
+            others: list[Line] = [list(other.points) for other in found.values()]
+            found[i] = self._regrown(cracks[i], headings[i], others)
+        return [found[i] for i in range(len(cracks))]
+
+    def _regrown(self, crack: Crack, headings: Sequence[float | None], others: list[Line]) -> Crack:
+        """A crack from its start with other headings; one that is None stays as it was, the last ones are held."""
+        new = Crack(crack.points[:1], crack.headings[:1])
+        known = [i for i, heading in enumerate(headings) if heading is not None]
+        for i in count():
+            if i > max(known, default=-1):
+                return new.held(crack.why or "the stresses ahead favour no direction", self.segment, self.body, others)
+            heading = headings[i]
+            new = new.grown(crack.headings[i + 1] if heading is None else heading, self.segment, self.body, others)
+            if new.end:
+                return new
+        raise AssertionError  # counting does not end
+
+    def _notes(self, cracks: Sequence[Crack], vertices: Sequence[Vertex], passes: int, moved: float) -> list[str]:
+        """What was found, in words."""
+        notes = []
+        for number, crack in enumerate(cracks, start=1):
+            name = f"path {number}" if len(cracks) > 1 else "path"
+            text = f"{name}: {len(crack.points) - 1} segments of {self.segment:.3g} mm from {as_text(crack.points[0])}"
+            text += f" to {crack.end} at {as_text(np.round(crack.tip, 3))}"
+            if crack.held_from is not None:
+                text += f", straight from {as_text(np.round(crack.points[crack.held_from], 2))} on: {crack.why}"
+            notes.append(text)
+        apart = np.array([abs(_difference(v.criterion, v.principal)) for v in vertices if not v.held])
+        if len(apart):
+            notes.append(
+                f"path: criterion and principal stresses of the run disagree by {apart.mean():.1f} degrees in the mean, "
+                f"{apart.max():.1f} at most"
+            )
+        early = np.array(
+            [abs(_difference(v.criterion, v.at_peak)) for v in vertices if not v.held and not math.isnan(v.at_peak)]
+        )
+        if len(early):
+            notes.append(
+                f"path: the stresses at the peak would tell directions that differ by up to {early.max():.1f} degrees"
+            )
+        if moved >= _SETTLED * self.segment:
+            notes.append(f"warning: after {passes} passes the path still moves by {moved:.2g} mm")
+        return notes
+
+    def _found(self, lines: list[Line], vertices: list[Vertex], notes: list[str], clock: float) -> FoundPath:
+        seconds = time.perf_counter() - clock
+        passes = sum(trial.is_whole for trial in self.trials)
+        meshing = sum(trial.timings["mesh"] for trial in self.trials)
+        if self.trials:
+            notes = [*notes, f"path: {len(self.trials) - passes} trials and {passes} passes in {seconds:.2g} s, "
+                     f"{100 * meshing / seconds:.0f} % of it meshing"]  # fmt: skip
+        return FoundPath(
+            lines, [trial.lines for trial in self.trials], vertices, list(self.body.faces), list(self.body.slits), notes,
+            seconds, meshing,
+        )  # fmt: skip
+
+
+def _movement(new: Crack, old: Crack) -> float:
+    """By how much a path moves at most where its direction is not held, mm."""
+    judged = new.points[: None if new.held_from is None else new.held_from + 1]
+    return max(distance_to(point, [old.points]) for point in judged)
+
+
+def _vertices(cracks: Sequence[Crack], trial: Trial) -> list[Vertex]:
+    """The points of the paths as the last run saw them."""
+    found = []
+    readings = iter(zip(trial.probes, trial.due, trial.at_peak, strict=True))
+    for number, crack in enumerate(cracks, start=1):
+        for i, (x, y) in enumerate(crack.points[:-1]):
+            probe, due, at_peak = next(readings)
+            nan = math.nan
+            criterion = principal = opening = load = nan
+            if due is not None:
+                criterion = probe.heading + probe.strongest(due.reading, LARGEST_TURN)[0]
+                principal = probe.heading + probe.principal_turn(due.reading)
+                opening, load = due.opening, due.load
+            turn, stress = probe.strongest(at_peak, LARGEST_TURN)
+            early = probe.heading + turn if probe.is_clear(at_peak, turn, stress) else nan
+            held = crack.held_from is not None and i >= crack.held_from
+            path, *told = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
+            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, held))
+    return found
+
+
+def _difference(a: float, b: float) -> float:
+    """Of two directions of lines, degrees, within 90."""
+    return (a - b + 90.0) % 180.0 - 90.0

@@ -1,0 +1,313 @@
+"""Many runs of one scene over a grid of values, with one mesh and one condensation for what only changes the law."""
+
+from __future__ import annotations
+
+import itertools
+import pickle
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from meshing.errors import MeshError
+
+from ..errors import Interrupted, NotConverged, SceneError
+from ..model.prepared import Prepared, is_kept, prepare
+from ..results.files import make_folder, write_file, write_text
+from ..results.result import Result
+from ..scenes.scene import Scene
+from ..simulation import run
+from .pool import cores
+from .pool import workers as processes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: runs of the largest grid
+LARGEST = 10_000
+
+#: columns of the table after those of the varied keys, with their units
+MEASURES = {"peak": "N", "opening_at_peak": "mm", "dissipated": "N mm", "energy_error": "", "iterations": "", "seconds": "s"}
+
+
+@dataclass(frozen=True)
+class SweptRun:
+    """One run of a sweep.
+
+    Attributes
+    ----------
+    name : "run-07", also that of its folder
+    values : what was changed, by key
+    result : Result, as far as it came; None if it did not begin
+    reason : why it did not come to its end; empty if it did
+    """
+
+    name: str
+    values: dict[str, Any]
+    result: Result | None
+    reason: str
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it came to its end."""
+        return not self.reason
+
+    @property
+    def measures(self) -> dict[str, float]:
+        """The numbers of the table."""
+        r = self.result
+        if r is None or not r.states:
+            return dict.fromkeys(MEASURES, float("nan"))
+        numbers = (r.peak_load, r.opening_at_peak, r.dissipated_energy, r.energy_error, r.iterations, r.solution_time)
+        return dict(zip(MEASURES, map(float, numbers), strict=True))
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Runs over a grid of values.
+
+    Attributes
+    ----------
+    scene : Scene, which is varied
+    vary : values by key
+    runs : list of SweptRun, in the order of the grid, the last key fastest
+    notes : what the reader should know of the sizes
+    """
+
+    scene: Scene
+    vary: dict[str, list[Any]]
+    runs: list[SweptRun]
+    notes: list[str]
+
+    @property
+    def results(self) -> list[Result | None]:
+        """Results in the order of the grid."""
+        return [each.result for each in self.runs]
+
+    @property
+    def table(self) -> dict[str, list[Any]]:
+        """Columns: the varied keys, `MEASURES`, and `reason`, empty for a run that came to its end."""
+        found: dict[str, list[Any]] = {key: [each.values[key] for each in self.runs] for key in self.vary}
+        measures = [each.measures for each in self.runs]
+        found |= {name: [row[name] for row in measures] for name in MEASURES}
+        return found | {"reason": [each.reason for each in self.runs]}
+
+    def summary(self) -> str:
+        """The table in words, and the notes."""
+        head = ["run", *self.vary, *(f"{name} ({unit})" if unit else name for name, unit in MEASURES.items())]
+        rows = [
+            [each.name, *(_text(value) for value in each.values.values()), *(_text(x) for x in each.measures.values())]
+            for each in self.runs
+        ]
+        width = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+        lines = ["  ".join(cell.rjust(w) for cell, w in zip(row, width, strict=True)) for row in (head, *rows)]
+        reasons = [f"{each.name}: {each.reason}" for each in self.runs if each.reason]
+        return "\n".join([*lines, *reasons, *self.notes])
+
+    def plot(self) -> Figure:
+        """All curves."""
+        from .sweep_figure import sweep_figure  # with matplotlib, which is slow to import
+
+        return sweep_figure(self)
+
+    def save(self, folder: str | Path) -> None:
+        """Write sweep.csv, sweep.txt and, if a run began, sweep.png; SceneError if the folder cannot be written."""
+        import csv
+        from io import StringIO
+
+        folder = Path(folder)
+        make_folder(folder)
+        text, table = StringIO(), self.table
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["run", *table])
+        writer.writerows(
+            zip((each.name for each in self.runs), *(map(_exact, column) for column in table.values()), strict=True)
+        )
+        write_file(folder / "sweep.csv", lambda path: write_text(path, text.getvalue()))
+        write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
+        if any(result is not None and result.states for result in self.results):
+            write_file(folder / "sweep.png", partial(self.plot().savefig, dpi=150))
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One run to be done in some process.
+
+    Attributes
+    ----------
+    run : its name and values
+    scene : Scene, or why there is none
+    start : pickled Scene that is prepared for it and others like it; None: it has a mesh of its own
+    folder : for its files, or None
+    """
+
+    run: SweptRun
+    scene: Scene | str
+    start: bytes | None
+    folder: Path | None
+
+
+def sweep(
+    scene: Scene,
+    vary: Mapping[str, Sequence[Any]],
+    workers: int | None = None,
+    *,
+    executor: Executor | None = None,
+    output: str | Path | None = None,
+    on_run: Callable[[SweptRun], None] | None = None,
+) -> Sweep:
+    """Run a scene with every combination of some values.
+
+    Runs that differ in the law, the modulus and the stages only share a mesh, and the sizes that the scene does not name,
+    which follow from its own material. A run that fails or stops does not end the sweep.
+
+    Parameters
+    ----------
+    scene : Scene
+    vary : values by dotted key, as {"material.Gf": [0.05, 0.1]}
+    workers : processes; default: one for each core; 1: this one. A script that uses several calls this below
+        `if __name__ == "__main__":`.
+    executor : runs the scenes in place of these processes, as that of a Dask client does.
+    output : folder for the files of each run, in subfolders; `Sweep.save` writes table and figure.
+    on_run : called after every run with it.
+
+    Raises
+    ------
+    SceneError
+        If no scene of the grid can be used.
+    Interrupted
+        With the runs that were finished, as a Sweep, in `result`.
+    """
+    values = _checked(vary)
+    tasks = _tasks(scene, values, None if output is None else Path(output))
+    done: dict[str, SweptRun] = {}
+
+    def found() -> Sweep:
+        left = (replace(task.run, reason="interrupted") for task in tasks)
+        return Sweep(scene, values, [done.get(each.name, each) for each in left], _notes(scene, values))
+
+    count = min(cores() if workers is None else workers, len(tasks))
+    try:
+        outcomes = _here(tasks) if executor is None and count == 1 else _elsewhere(tasks, count, executor)
+        for each in outcomes:
+            done[each.name] = each
+            if on_run is not None:
+                on_run(each)
+    except KeyboardInterrupt as error:
+        interrupted = Interrupted(*error.args)
+        interrupted.result = found()
+        raise interrupted from error
+    return found()
+
+
+def _checked(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
+    """Values by key, refused if there are none or too many."""
+    values = {key: list(each) for key, each in vary.items()}
+    count = 1
+    for key, each in values.items():
+        if not each:
+            raise SceneError(f"{key}: no values to vary; expected at least one", key)
+        count *= len(each)
+    if not values or count > LARGEST:
+        raise SceneError(f"a sweep of {count if values else 'no'} runs: expected keys with values, and at most {LARGEST} runs")
+    return values
+
+
+def _tasks(scene: Scene, values: dict[str, list[Any]], folder: Path | None) -> list[_Task]:
+    """The runs of the grid."""
+    points = [dict(zip(values, each, strict=True)) for each in itertools.product(*values.values())]
+    moved = [key for key in values if not is_kept(scene, key)]
+    starts: dict[str, bytes | None] = {}
+    tasks, errors = [], []
+    for number, point in enumerate(points, start=1):
+        name = f"run-{number:0{len(str(len(points)))}d}"
+        where = None if folder is None else folder / name
+        own = {key: point[key] for key in moved}
+        try:
+            if repr(own) not in starts:
+                starts[repr(own)] = None
+                if len(moved) < len(values):
+                    starts[repr(own)] = pickle.dumps(scene.with_(**own))
+            one: Scene | str = scene.with_(**point)
+        except (SceneError, MeshError) as error:
+            one = str(error)
+            errors.append(error)
+        tasks.append(_Task(SweptRun(name, point, None, ""), one, starts[repr(own)], where))
+    if len(errors) == len(tasks):
+        raise errors[0]
+    return tasks
+
+
+def _here(tasks: list[_Task]) -> Iterator[SweptRun]:
+    """Run in this process, those with a common mesh one after the other."""
+    try:
+        yield from map(_done, sorted(tasks, key=lambda task: task.start or b""))
+    finally:
+        _prepared.cache_clear()
+
+
+def _elsewhere(tasks: list[_Task], count: int, executor: Executor | None) -> Iterator[SweptRun]:
+    """Run in other processes; yield the runs as they end."""
+    with processes(count) if executor is None else nullcontext(executor) as pool:
+        ordered = sorted(tasks, key=lambda task: task.start or b"")
+        # a cluster need not see the folders of this machine
+        futures = {pool.submit(_done, task if executor is None else replace(task, folder=None)): task for task in ordered}
+        try:
+            for future in as_completed(futures):
+                each, where = future.result(), futures[future].folder
+                yield _saved(each, where) if executor is not None else each
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+def _done(task: _Task) -> SweptRun:
+    """A run that has been done, whatever became of it."""
+    if isinstance(task.scene, str):
+        return replace(task.run, reason=task.scene)
+    result, reason = None, ""
+    try:
+        result = run(task.scene, None if task.start is None else _prepared(task.start), output=task.folder)
+    except (NotConverged, SceneError, MeshError) as error:
+        result, reason = getattr(error, "result", None), str(error)
+    except Exception as error:  # one run of many: its row says so
+        reason = f"{type(error).__name__}: {error}"
+    each = replace(task.run, result=result if isinstance(result, Result) else None, reason=reason)
+    return _saved(each, task.folder)
+
+
+def _saved(each: SweptRun, folder: Path | None) -> SweptRun:
+    """A run whose files are written, or its reason tells why not."""
+    if folder is None or each.result is None:
+        return each
+    try:
+        each.result.save(folder)
+    except SceneError as error:
+        return replace(each, reason=each.reason or str(error))
+    return each
+
+
+@lru_cache(maxsize=1)
+def _prepared(start: bytes) -> Prepared:
+    """Mesh and condensation of a scene, kept in this process for the runs to come."""
+    return prepare(pickle.loads(start))
+
+
+def _notes(scene: Scene, values: dict[str, list[Any]]) -> list[str]:
+    """The sizes that all runs share."""
+    moved = [key for key in values if not is_kept(scene, key)]
+    if len(moved) == len(values):
+        return []
+    apart = f" for each of {', '.join(moved)}" if moved else ""
+    return [f"one mesh{apart}; sizes and widths that the scene does not name follow from its own material"]
+
+
+def _text(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _exact(value: Any) -> str:
+    return f"{value:.12g}" if isinstance(value, float) else str(value)

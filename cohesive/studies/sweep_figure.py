@@ -1,0 +1,82 @@
+"""The curves of a sweep in one figure: the first varied key is the colour, the second the line's style."""
+
+from __future__ import annotations
+
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ..results.figures import abscissa, draw_reference, new_figure
+
+if TYPE_CHECKING:
+    from .sweep import Sweep
+
+#: more values than these have a bar of colours in place of a legend
+_MOST_IN_LEGEND = 8
+
+_STYLES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
+
+
+def sweep_figure(sweep: Sweep) -> Figure:
+    """Load over opening of all runs; a cross ends one that stopped."""
+    figure = new_figure(8.0, 5.2)
+    axes = figure.add_subplot()
+    drawn = [(each, each.result) for each in sweep.runs if each.result is not None and each.result.states]
+    if not drawn[0][1].drives_both_ways:
+        draw_reference(axes, drawn[0][1].reference)
+    keys = list(sweep.vary)
+    place = {key: {repr(value): i for i, value in enumerate(sweep.vary[key])} for key in keys}
+    colour = _Colours(sweep.vary[keys[0]])
+    for each, result in drawn:
+        what, x, load = abscissa(result)
+        style = "-" if len(keys) == 1 else _STYLES[place[keys[1]][repr(each.values[keys[1]])] % len(_STYLES)]
+        shade = colour.of(place[keys[0]][repr(each.values[keys[0]])])
+        axes.plot(x, load, style, color=shade, linewidth=1.2)
+        if not each.is_done:
+            axes.plot(x[-1:], load[-1:], "x", color=shade)
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    axes.set(xlabel=f"{what} (mm)", ylabel="load (N)", title=sweep.scene.title)
+    entries = [*axes.get_legend_handles_labels()[0]]
+    if colour.has_bar:
+        figure.colorbar(colour.bar(), ax=axes, label=keys[0])
+    else:
+        entries += [Line2D([], [], color=colour.of(i), label=_label(keys[0], v)) for i, v in enumerate(sweep.vary[keys[0]])]
+    for key in keys[1:2]:
+        styled = enumerate(sweep.vary[key][: len(_STYLES)])
+        entries += [Line2D([], [], color="0.3", linestyle=_STYLES[i], label=_label(key, value)) for i, value in styled]
+    if any(not each.is_done for each, _ in drawn):
+        entries.append(Line2D([], [], color="0.3", linestyle="", marker="x", label="stopped"))
+    if entries:
+        axes.legend(handles=entries, frameon=False, fontsize=8)
+    return figure
+
+
+class _Colours:
+    """One colour for each value of a key: by its size if there are many numbers, else by its place."""
+
+    def __init__(self, values: list[Any]) -> None:
+        self.has_bar = len(values) > _MOST_IN_LEGEND and all(isinstance(value, Real) for value in values)
+        self._values = np.array(values, dtype=float) if self.has_bar else np.arange(len(values), dtype=float)
+        self._scale = Normalize(float(self._values.min()), float(self._values.max()) or 1.0)
+        self._map = colormaps["viridis"].resampled(256)
+
+    def of(self, place: int) -> Any:
+        """The colour of the value at a place."""
+        return self._map(0.92 * float(self._scale(self._values[place])))  # its last part is too pale for a line
+
+    def bar(self) -> ScalarMappable:
+        """What the bar of colours shows."""
+        from matplotlib.colors import ListedColormap
+
+        return ScalarMappable(self._scale, ListedColormap(self._map(np.linspace(0.0, 0.92, 256))))
+
+
+def _label(key: str, value: Any) -> str:
+    text = f"{value:.5g}" if isinstance(value, float) else str(value)
+    return f"{key} = {text}"

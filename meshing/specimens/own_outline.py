@@ -1,0 +1,190 @@
+"""A plane body of the user's own geometry, with its notches, supports and drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import meshio
+
+from ..errors import MeshError
+from ..geo_files import read_outline
+from ..keys import key
+from ..outline import Outline
+from ..paths import Line, Point
+from ..sizes import MeshSizes
+from .base import MAIN_GAUGE, Drive, Gauge, Location, PlaneSpecimen, Support, polylines
+from .registry import register_specimen
+from .user_entries import drives_of, gauges_of, location, support_of, unit_vector
+
+
+@register_specimen("outline")
+@dataclass(frozen=True)
+class OwnOutline(PlaneSpecimen):
+    """A plane body of the user's own geometry.
+
+    A location is the name of a part of the outline, or a point [x, y] of the body, which becomes a node.
+    """
+
+    thickness: float = key("thickness of the body", unit="mm", above=0)
+    supports: Any = key("list of {at = location, direction = [x, y]}, as of kind 'mesh'")
+    corners: Any = key("corners of the body in a row, [[x, y], ...]; or give file", None)
+    file: str | None = key(
+        "file of gmsh (.geo) with one face, whose curved sides become 24 straight ones each; its physical curves and points "
+        "are locations",
+        None,
+    )
+    edges_: Any = key("{name = [[x, y], [x, y]]}: straight parts of the outline that are locations", None)
+    notches: Any = key(
+        "polyline, or list of polylines, of notches without width; cracks grow from their ends in the body", None
+    )
+    drive: Any = key("{at = location, direction = [x, y]}, as of kind 'mesh'", None)
+    drives_: Any = key("instead of drive, several: list of {name = ..., at = location, direction = [x, y]}", None)
+    gauge_minus: Any = key(
+        "location from which the opening is measured, between points along the line from one to the other, else along the "
+        "crack's mean normal; default: the mean jump over the crack",
+        None,
+    )
+    gauge_plus: Any = key("location to which the opening is measured", None)
+    gauges_: Any = key("further gauges, as of kind 'mesh'", None)
+    crack: Any = key("polyline (or list of polylines) of the crack, or 'grow'", None)
+
+    #: the body alone, without notches
+    shape: ClassVar[Outline | None] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.corners is None) == (self.file is None):
+            raise MeshError("corners, file: expected one of these keys", "corners")
+        if not isinstance(self.supports, list) or not self.supports:
+            raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
+        if (self.gauge_minus is None) != (self.gauge_plus is None):
+            raise MeshError("gauge_minus, gauge_plus: expected both or none", "gauge_minus")
+        for name, value in (
+            ("supports", [support_of(entry) for entry in self.supports]),
+            ("drives_", drives_of(self.drive, self.drives_)),
+            ("gauges_", gauges_of(self.gauges_)),
+            ("notches", [] if self.notches is None else _lines("notches", self.notches)),
+            ("edges_", _edges(self.edges_)),
+        ):
+            object.__setattr__(self, name, value)
+        for name in ("gauge_minus", "gauge_plus"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, location(name, getattr(self, name)))
+        shape = None
+        if self.corners is not None:
+            (corners,) = _lines("corners", [self.corners])
+            shape = Outline(_counter_clockwise(corners), [])
+        object.__setattr__(self, "shape", shape)
+
+    def located(self, find: Callable[[str], Path]) -> OwnOutline:
+        """The same specimen, its file read."""
+        if self.file is not None:
+            object.__setattr__(self, "shape", read_outline(find(self.file)))
+        return self
+
+    @property
+    def paths(self) -> list[Line]:
+        """The crack path; none before it is found."""
+        return self.crack or []
+
+    @property
+    def path_length(self) -> float:
+        """Length of the crack path; of one that is not found yet, half the longest side of the body, mm."""
+        if self.paths:
+            return super().path_length
+        corners = self._outline().corners
+        return 0.5 * max(max(p[i] for p in corners) - min(p[i] for p in corners) for i in (0, 1))
+
+    @property
+    def tips(self) -> list[Point]:
+        """The ends of the notches in the body."""
+        return [tip for tip, _ in self.starts]
+
+    @property
+    def starts(self) -> list[tuple[Point, Point]]:
+        """The ends of the notches in the body, and the directions of the notches there."""
+        shape, found = self._outline(), []
+        for line in self.notches:
+            for (x0, y0), (x, y) in ((line[1], line[0]), (line[-2], line[-1])):
+                if not shape.has_on_face((x, y)):
+                    length = math.dist((x0, y0), (x, y))
+                    found.append(((x, y), ((x - x0) / length, (y - y0) / length)))
+        return found
+
+    def outline(self, half: bool = False) -> Outline:
+        """The geometry."""
+        shape = self._outline()
+        named = {*shape.edges, *self.edges_, *shape.nodes}
+        points = [at for at in self._locations() if not isinstance(at, str)]
+        if unknown := sorted({at for at in self._locations() if isinstance(at, str)} - named):
+            raise MeshError(f"at = '{unknown[0]}': expected one of {', '.join(sorted(named)) or 'edges'}, or a point", "edges")
+        nodes = {**shape.nodes, "points": [(float(p[0]), float(p[1])) for p in points]}
+        return replace(shape, crack=self.paths, slits=self.notches, nodes=nodes, edges={**shape.edges, **self.edges_})
+
+    def _outline(self) -> Outline:
+        """Of the body alone."""
+        assert self.shape is not None
+        return self.shape
+
+    def _locations(self) -> Iterator[Location]:
+        """All places that supports, drives and gauges name."""
+        for support in self.supports:
+            yield support.at
+        for drive in self.drives_.values():
+            yield from (at for at in (drive.at, drive.against) if at is not None)
+        for gauge in self.gauges().values():
+            yield from (at for at in (gauge.plus, gauge.minus) if at is not None)
+
+    def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
+        """Mesh for a discrete crack, see `PlaneSpecimen`."""
+        if not self.paths:
+            raise MeshError("crack is missing: expected a polyline, or 'grow'", "crack")
+        return super().mesh(sizes, half=half, dimension=dimension)
+
+    def held(self, *, half: bool = False) -> list[Support]:
+        """As the key `supports` says."""
+        return list(self.supports)
+
+    def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
+        """As the key `drives` or `drive` says."""
+        return dict(self.drives_)
+
+    def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
+        """As the keys `gauge_minus`, `gauge_plus` and `gauges` say."""
+        if self.gauge_plus is None:
+            return dict(self.gauges_)
+        direction = None
+        if not isinstance(self.gauge_plus, str) and not isinstance(self.gauge_minus, str):  # cracks may have no mean normal
+            apart = [b - a for a, b in zip(self.gauge_minus, self.gauge_plus, strict=True)]
+            direction = unit_vector("gauge_plus", apart)
+        return {MAIN_GAUGE: Gauge(self.gauge_plus, self.gauge_minus, direction), **self.gauges_}
+
+
+def _lines(name: str, value: Any) -> list[Line]:
+    """Polylines; MeshError naming the key."""
+    try:
+        lines = polylines(value)
+    except MeshError:
+        lines = []
+    if not lines or any(len(line) < 2 for line in lines):
+        raise MeshError(f"{name} = {value!r}: expected a list of points [[x, y], [x, y], ...]", name)
+    return lines
+
+
+def _edges(value: Any) -> dict[str, Line]:
+    """{name = [[x, y], [x, y]]}"""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise MeshError(f"edges = {value!r}: expected {{name = [[x, y], [x, y]]}}", "edges")
+    return {name: _lines(f"edges.{name}", [line])[0] for name, line in value.items()}
+
+
+def _counter_clockwise(corners: Sequence[Point]) -> Line:
+    """Corners the other way round, if they run clockwise."""
+    area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, [*corners[1:], corners[0]], strict=True))
+    return list(corners) if area > 0 else list(corners)[::-1]
