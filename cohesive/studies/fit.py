@@ -44,6 +44,9 @@ _DISTINCT = 0.03
 #: the test does not see a number that moves no load by this part of the peak when it changes by its own size
 _UNSEEN = 1e-3
 
+#: parameters of contact and shear
+_OF_SHEAR = ("h", "m_g", "r_sigma", "mu_sigma", "c1", "n_g", "r_z", "c_zn", "c_lm", "u_phi0", "Zm")
+
 #: measured and computed largest loads may differ by this factor, and their openings
 _UNITS = 100.0
 
@@ -183,18 +186,33 @@ def _first(problem: FitProblem) -> Trial:
 
 
 def _refuse_unseen(problem: FitProblem, trial: Trial) -> None:
-    """Refuse numbers that no measured row sees."""
+    """Refuse numbers that no measured row sees, and those of contact and shear where a symmetric crack only opens."""
+    for each in problem.parameters:
+        scenes = [problem.rigs[i].scene for i in each.scenes]
+        if each.key.split(".")[-1] in _OF_SHEAR and all(map(_only_opens, scenes)):
+            raise _unseen(each.key)
     moved = np.zeros(len(problem.parameters))
     for i, data in enumerate(problem.data):
         moved = np.maximum(moved, abs(problem.slopes(i, trial)).max(axis=0) / data.peak)
     for each, size in zip(problem.parameters, moved, strict=True):
         if size < _UNSEEN:
-            raise SceneError(
-                f"{each.key}: the test does not see it, changed by its own size it moves no load by .1 % of the peak. "
-                "Contact, its lengths and the shear of the damage surface are not identifiable from a crack that only opens; "
-                "expected a test with unloading or shear, or this key left out",
-                each.key,
-            )
+            raise _unseen(each.key)
+
+
+def _only_opens(scene: Scene) -> bool:
+    """Whether the crack of a scene lies in its plane of symmetry and opens all the time."""
+    targets = [target for stage in scene.stages for target in stage.targets]
+    grows = len({stage.control for stage in scene.stages}) == 1 and bool(np.all(np.diff([0.0, *targets]) > 0))
+    return grows and scene.specimen.symmetry() is not None and not any(stage.unload for stage in scene.stages)
+
+
+def _unseen(key: str) -> SceneError:
+    return SceneError(
+        f"{key}: the test does not see it, changed by its own size it moves no load by .1 % of the peak. Contact, its lengths "
+        "and the shear of the damage surface are not identifiable from a crack that only opens; expected a test with "
+        "unloading or shear, or this key left out",
+        key,
+    )
 
 
 def _starts(problem: FitProblem, count: int) -> list[Array]:
@@ -317,7 +335,7 @@ def _intervals(problem: FitProblem, trial: Trial, found: Statistics, profile: bo
     def refit(j: int, fixed: float, near: Array) -> tuple[Array, float]:
         start = inside(problem.parameters, near)
         start[j] = fixed
-        solved = solve(problem, start, fixed=j, most=_MOST_FIXED, ftol=1e-3)
+        solved = solve(problem, start, fixed=j, most=3 if feasible else _MOST_FIXED, ftol=1e-3)
         if solved is None:
             return start, np.inf
         if problem.loss == "band" and feasible:

@@ -133,7 +133,7 @@ def _profile_end(j: int, sign: float, bound: float, z: Array, cost: float, found
     return float(z[j] + sign * step)
 
 
-def feasible_ends(problem: FitProblem, z: Array, refit: Refit, steps: int = 5) -> Array:
+def feasible_ends(problem: FitProblem, z: Array, refit: Refit, steps: int = 4) -> Array:
     """Ends of the set of numbers with which every measured row lies in its band, (m, 2), scaled, each by bisection."""
     ends = np.empty((len(z), 2))
     for j, each in enumerate(problem.parameters):
