@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..results.files import make_folder, write_file, write_scene, write_text
+from ..results.inputs import copy_inputs
 from .export import EXPORTS, exported
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def save(fit: Fitted, figure: Figure, folder: str | Path) -> None:
     for i, scene in enumerate(fit.scenes, start=1):
         home = folder if len(fit.scenes) == 1 else folder / f"scene-{i}"
         make_folder(home)
-        write_scene(scene, scene.data, home)
+        write_scene(scene, copy_inputs(scene, home), home)
 
 
 def _write_table(fit: Fitted, path: Path) -> None:
