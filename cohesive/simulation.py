@@ -15,11 +15,14 @@ from .model.model import Model
 from .model.prepared import Prepared
 from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
+from .results.locking import held
+from .results.record import Record
 from .results.result import Result
 from .scenes.measured import Reference
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.march import March, Step, under_dead_loads
+from .solver.problem import State
 
 
 def run(
@@ -97,35 +100,47 @@ def _march(
 ) -> Result:
     """Take a model through the stages of its scene, from the beginning or from a checkpoint."""
     notes = [*([] if found is None else found.notes), *built.notes]
-    done: list[Done] = [] if last is None else last.done
+    done = [] if last is None else last.done
+    record = Record(built.problem, scene.output.frames, done)
+    unsaved: list[Done] = []  # rows since the last checkpoint
     clock = time.perf_counter() - (done[-1][0]["wall_time"] if done else 0.0)
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
         built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, [row for row, _ in done], [state for _, state in done], notes + stopped, reference, found)
+        return Result(scene, built, record, notes + stopped, reference, found)
+
+    def observed(state: State) -> dict[str, float]:
+        return built.record(state) | built.crack_lengths(state)
+
+    def keep(row: dict[str, float], state: State) -> None:
+        record.append(row, state)
+        unsaved.append((row, state))
+        writer.write(row)
 
     try:
-        with HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with held(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
             for row, _ in done:
                 writer.write(row)
             built = replace(built, problem=under_dead_loads(built.problem))
-            march = March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes)
-            if last is not None:
-                march = last.march_on(built) or march
-                notes = march.notes
+            march = None if last is None else last.march_on(built)
+            march = march or March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes)
+            notes = march.notes
             with CheckpointWriter(output, scene, tangent, built, last) as checkpoints:
+                first = observed(built.problem.initial())  # with the crack's lengths, which leave a factorization behind
                 built.problem.stiffness.forget()
+                if not record.rows:
+                    keep(_first_row(first), built.problem.initial())
                 for step in march:
-                    record = built.record(step.equilibrium.state) | built.crack_lengths(step.equilibrium.state)
-                    row = _row(len(done) + 1, step, record, time.perf_counter() - clock)
-                    done.append((row, step.equilibrium.state))  # both or, if an interruption comes between, none
-                    writer.write(row)
+                    state = step.equilibrium.state
+                    row = _row(record.rows, step, observed(state), time.perf_counter() - clock)
+                    keep(row, state)
                     if on_step is not None:
                         on_step(step, row)
-                    if len(done) % EVERY == 0:
+                    if row["step"] % EVERY == 0:
                         built.problem.stiffness.forget()  # with or without a file, so that a resumed run is the same
-                        checkpoints.write(done, march)
+                        checkpoints.write(unsaved, march)
+                        unsaved.clear()
     except (NotConverged, SceneError) as error:
         error.result = result(str(error))
         raise
@@ -134,6 +149,11 @@ def _march(
         interrupted.result = result(str(error) or "interrupted")
         raise interrupted from error
     return result()
+
+
+def _first_row(record: dict[str, float]) -> dict[str, float]:
+    """The row of the history before the first step."""
+    return {"step": 0, **record, "iterations": 0, "cuts": 0, "residual": 0.0, "wall_time": 0.0, "stage": 1}
 
 
 def _row(number: int, step: Step, record: dict[str, float], wall_time: float) -> dict[str, float]:

@@ -167,7 +167,7 @@ def main(
 def specimen_numbers(name: str, reading: str, result: Result, stopped: str) -> dict[str, float]:
     """Print and return what a run came to."""
     h = result.history
-    if not len(h["step"]):
+    if not result.steps:
         print(f"    {reading:18s}no step converged: {stopped}")
         return {f"{name}, {reading}: opening reached": 0.0}
     snaps = [note for note in result.notes if "snaps" in note]
@@ -206,7 +206,7 @@ def _draw(results: Mapping[tuple[str, str, str], tuple[Result, str]], path: Path
         three.plot(jumps[400:, 1], along(law, jumps)[400:, 1], color=colour, linestyle=style, label=reading)
         for (name, what, _), (result, stopped) in results.items():
             if what == reading and name.startswith("Example 3, discrete, default"):
-                opening, stress = (np.r_[0.0, result.history[k]] for k in ("opening", "stress_n"))
+                opening, stress = (result.history[k] for k in ("opening", "stress_n"))
                 label = f"{reading}, stops at {opening[-1]:.4f} mm" if stopped else reading
                 four.plot(opening, stress, color=colour, linestyle=style, label=label)
                 if stopped:

@@ -71,7 +71,7 @@ def measured(result: Result, line: Array) -> Crack:
     ray, tangent = line[-1] - point, along[segment]
     across = tangent[:, 1] * ray[:, 0] - tangent[:, 0] * ray[:, 1]
     kinematic = across / np.maximum((tangent * ray).sum(axis=1), 1e-9)
-    load, gauge = (np.r_[0.0, h[name]] for name in ("load", "opening"))
+    load, gauge = (h[name] for name in ("load", "opening"))
     order = np.lexsort((position, middle))  # up the crack, cell by cell
     return Crack(
         result.peak_load, result.opening_at_peak, float(trapezoid(load, gauge)), float(h["contact_work"][-1]),
@@ -115,7 +115,7 @@ def _draw(results: dict[str, Result], cracks: dict[str, Crack], path_: Path) -> 
         line = np.array(result.scene.specimen.paths[0])
         sketch.plot(*line.T, colour, label=f"{name} path")
         h, c = result.history, cracks[name]
-        loads.plot(np.r_[0.0, h["opening"]], np.r_[0.0, h["load"]], colour, label=f"{name}, peak {c.peak:.0f} N")
+        loads.plot(h["opening"], h["load"], colour, label=f"{name}, peak {c.peak:.0f} N")
         slides.plot(c.position, c.sliding, colour, label=f"{name}, computed")
         near = c.opening > 0.1 * c.opening.max()
         slides.plot(

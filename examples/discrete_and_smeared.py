@@ -18,7 +18,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
@@ -45,7 +44,7 @@ def measured(result: Result) -> Row:
     if result.model.is_smeared:
         stress = result.frame(int(h["load"].argmax())).stress[-1]  # of the band, which runs along y
         lateral = float(abs(stress[:, 1]).mean() * result.model.cracks.width * result.scene.specimen.thickness)
-    energy = float(trapezoid(np.r_[0.0, h["load"]], np.r_[0.0, h["opening"]]))
+    energy = float(trapezoid(h["load"], h["opening"]))
     return Row(result.model.cracks.width, result.peak_load, energy, lateral, result.solution_time, result.iterations)
 
 

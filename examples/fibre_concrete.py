@@ -79,7 +79,7 @@ def _draw(results: dict[str, Result], plot: Path) -> None:
     figure = new_figure(11.0, 4.2)
     left, right = figure.subplots(1, 2)
     for (model, result), style in zip(results.items(), ("C0-", "C1--"), strict=True):
-        left.plot(np.r_[0.0, result.history["opening"]], np.r_[0.0, result.history["load"]] / 1e3, style, label=model)
+        left.plot(result.history["opening"], result.history["load"] / 1e3, style, label=model)
     left.set(xlabel="opening over the notch (mm)", ylabel="load (kN)", title=str(BEAM["title"]))
     left.legend(frameon=False)
     right.plot(*np.array(POINTS).T, "o-", markersize=4)

@@ -65,11 +65,11 @@ def main(size: float = 1.0, plot: Path | None = None) -> dict[str, float]:
 
 
 def _draw(result: Result, turn: int, path: Path) -> None:
-    h = {name: np.r_[0.0, values] for name, values in result.history.items()}
+    h = result.history
     figure = new_figure(10.0, 4.4)
     opens, closes = figure.subplots(1, 2, sharey=True, width_ratios=[1.4, 1.0])
     names = [name.replace("_", " ") for name in PARTS]
-    for axes, rows in ((opens, slice(0, turn + 2)), (closes, slice(turn + 1, None))):
+    for axes, rows in ((opens, slice(0, turn + 1)), (closes, slice(turn, None))):
         x = h["opening"][rows]
         axes.stackplot(x, [h[name][rows] for name in PARTS], labels=names, colors=["#e9a09a", "C1", "C0", "C2"])
         axes.plot(x, h["work"][rows], "k--", linewidth=1.4, label="work of the platen")

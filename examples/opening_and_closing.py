@@ -51,7 +51,7 @@ def cycles(scene: Scene) -> Cycles:
     """Run the block and measure its unloading branches."""
     result = run(scene)
     area = scene.specimen.width * scene.specimen.thickness  # type: ignore[attr-defined]
-    driven, stress = (np.r_[0.0, result.history[name]] for name in ("driven", "load"))
+    driven, stress = (result.history[name] for name in ("driven", "load"))
     stress = stress / area
     elastic = stress[1] / driven[1]
     turns = np.flatnonzero((driven[1:-1] > driven[:-2]) & (driven[1:-1] > driven[2:])) + 1

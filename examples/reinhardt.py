@@ -119,12 +119,7 @@ def curve(result: Result) -> Curve:
     for row in range(len(history["step"])):
         where, opening = result.opening_profile(row)
         ends.append([opening[where[:, 0].argmin()], opening[where[:, 0].argmax()]])
-    return Curve(
-        np.r_[0.0, history["opening"]],
-        np.r_[0.0, history["load"] / net],
-        np.r_[0.0, history["stress_n"]],
-        np.r_[[[0.0, 0.0]], ends],
-    )
+    return Curve(history["opening"], history["load"] / net, history["stress_n"], np.array(ends))
 
 
 def plate(size: float, turns: Sequence[float], platens: str = "fixed", kinked: bool = False) -> Scene:

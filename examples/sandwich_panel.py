@@ -44,7 +44,7 @@ def curves(scene: Scene) -> Curves:
     first, second = slice(None, ends[0] + 1), slice(ends[0] + 1, None)
     stress = history["load"] / area
     return Curves(
-        np.r_[0.0, history["driven"][first]], np.r_[0.0, stress[first]],
+        history["driven"][first], stress[first],
         np.r_[0.0, history["driven"][second]], np.r_[0.0, stress[second]],
     )  # fmt: skip
 

@@ -67,8 +67,8 @@ def _draw(results: dict[str, Result], plot: Path) -> None:
     for i, (name, result) in enumerate(results.items()):
         (ft, Gf), style = BEST[name], {"color": f"C{i}", "linestyle": "-" if i % 2 == 0 else "--"}
         left.plot(
-            np.r_[0.0, result.history["opening"]],
-            np.r_[0.0, result.history["load"]],
+            result.history["opening"],
+            result.history["load"],
             label=f"{name}, {ft:g} MPa, {Gf:g} N/mm",
             **style,
         )

@@ -43,7 +43,7 @@ class Row:
 
 def measured(result: Result) -> Row:
     """The row of a run."""
-    opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
+    opening, load = (result.history[name] for name in ("opening", "load"))
     early = float(np.interp(EARLY, opening, load))
     return Row(
         result.model.cracks.width,
@@ -84,7 +84,7 @@ def _draw(results: list[Result], rows: list[Row], path: Path) -> None:
     for axes in (whole, start):
         draw_reference(axes, reference)
         for i, (result, row) in enumerate(zip(results, rows, strict=True)):
-            opening, load = (np.r_[0.0, result.history[name]] for name in ("opening", "load"))
+            opening, load = (result.history[name] for name in ("opening", "load"))
             label = f"w = {row.width:g} mm{' = h' if i == 0 else ''}, peak {row.peak:.0f} N"
             axes.plot(opening, load, color=f"C{i}", label=label)
         axes.set(xlabel="opening (mm)", ylabel="load (N)", ylim=(0.0, None))

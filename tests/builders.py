@@ -49,8 +49,8 @@ def plate(**changes: Any) -> Scene:
 
 def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State]]:
     """A run with the state of every row."""
-    states: list[State] = []
-    return run(scene, model, on_step=lambda step, row: states.append(step.equilibrium.state)), states
+    result = run(scene, model)
+    return result, list(result.states)
 
 
 #: columns of a history that belong to a state, and those whose scale another one gives, as they may be rounding only

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..errors import SceneError
 from ..results.checkpoints import NAME as CHECKPOINT
-from ..results.files import make_folder
+from ..results.locking import held
 from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import resume, run
@@ -45,18 +45,20 @@ def add_parser(commands: Commands) -> None:
 
 def _execute(options: argparse.Namespace) -> int:
     if options.resume is not None:
-        return _finished(options, Path(options.resume), _resumed(options))
+        resumed = _resumed(options)
+        with held(options.resume):
+            return _finished(options, Path(options.resume), resumed)
     scene = load_scene(options)
     if options.model:
         scene = scene.with_(**{"model.kind": options.model})
     folder = Path(options.output or Path(options.scene).stem)
-    make_folder(folder)  # refused now, not after an hour
-    notes = []
-    if options.accuracy is not None:
-        scene, chosen = _accurate(scene, options)
-        notes = [chosen]
-        print(chosen, flush=True)
-    return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene), notes)
+    with held(folder):  # refused now, not after an hour
+        notes = []
+        if options.accuracy is not None:
+            scene, chosen = _accurate(scene, options)
+            notes = [chosen]
+            print(chosen, flush=True)
+        return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene), notes)
 
 
 def _resumed(options: argparse.Namespace) -> Callable[..., Result]:

@@ -99,8 +99,7 @@ class Checkpoint:
             )
         if self.march is None:
             return None
-        unpickler = _Unpickler(BytesIO(self.march), model)
-        march: March = unpickler.load()
+        march: March = _Unpickler(BytesIO(self.march), model).load()
         return march
 
 
@@ -121,11 +120,10 @@ class CheckpointWriter:
 
     def __init__(self, folder: str | Path | None, scene: Scene, tangent: str, model: Model, after: Checkpoint | None) -> None:
         self._path = None if folder is None else Path(folder) / NAME
-        self._model, self._written = model, 0
+        self._model = model
         if self._path is None:
             return
         if after is not None:
-            self._written = len(after.done)
             with open(self._path, "r+b") as file:
                 file.truncate(after.size)
             return
@@ -140,14 +138,13 @@ class CheckpointWriter:
     def __enter__(self) -> CheckpointWriter:
         return self
 
-    def write(self, done: Sequence[Done], march: March) -> None:
-        """Set down the march as it stands after the last row."""
+    def write(self, rows: Sequence[Done], march: March) -> None:
+        """Set down the rows since the last checkpoint, and the march as it stands after them."""
         if self._path is None:
             return
         text = BytesIO()
         _Pickler(text, self._model).dump(march)
-        self._append(pickle.dumps((list(done[self._written :]), text.getvalue())), "ab")
-        self._written = len(done)
+        self._append(pickle.dumps((list(rows), text.getvalue())), "ab")
 
     def _append(self, record: bytes, mode: str) -> None:
         """At the end of the file; the run goes on without further checkpoints if the disk is full."""

@@ -34,7 +34,7 @@ _CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad6": 4}
 def write_figures(data: RunData, folder: Path) -> None:
     """curve.png and deformed.png; without a converged step none, and those of an earlier run are removed."""
     for name, draw in (("curve.png", save_curve), ("deformed.png", save_deformed)):
-        if data.states:
+        if data.steps:
             write_file(folder / name, partial(draw, data))
         else:
             (folder / name).unlink(missing_ok=True)
@@ -57,7 +57,7 @@ def save_curve(data: RunData, path: Path) -> None:
     for other, motion, stress, name in zip(
         others, ("sliding", "opening"), ("stress_s", "stress_n"), ("shear", "normal"), strict=False
     ):
-        other.plot(*(np.r_[0.0, data.history[key]] for key in (motion, stress)), color="C0")
+        other.plot(data.history[motion], data.history[stress], color="C0")
         other.set(xlabel=f"{motion} (mm)", ylabel=f"mean {name} traction on the crack (MPa)")
     for each in (axes, *others):
         each.axhline(0.0, color="0.5", linewidth=0.6)
@@ -66,19 +66,19 @@ def save_curve(data: RunData, path: Path) -> None:
 
 
 def abscissa(data: RunData) -> tuple[str, Array, Array]:
-    """Name and values (mm) of what the load (N) is drawn over, and the load, from the unloaded state on.
+    """Name and values (mm) of what the load (N) is drawn over, and the load.
 
     The load is drawn over the opening, or over what the measured curve is drawn over; for a platen that moves both ways over
     its way, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
     """
-    load = np.r_[0.0, data.history["load"]]
+    load = data.history["load"]
     if not data.drives_both_ways:
         name = "opening" if data.reference is None else data.reference.against
-        return name, np.r_[0.0, data.history[name]], load
+        return name, data.history[name], load
     stage = data.history["stage"].astype(int)
-    begins = np.flatnonzero(np.diff(stage)) + 2  # in the arrays with the unloaded state
-    turned = [row for row in begins if data.scene.stages[stage[row - 1] - 1].direction is not None]
-    way = np.r_[0.0, data.platen_path]
+    begins = np.flatnonzero(np.diff(stage)) + 1
+    turned = [row for row in begins if data.scene.stages[stage[row] - 1].direction is not None]
+    way = data.way
     return "way of the platen, there and back", np.insert(way, turned, way[turned]), np.insert(load, turned, np.nan)
 
 

@@ -175,7 +175,7 @@ def _facts(data: RunData) -> dict[str, Any]:
         "library": data.model.library,
         "total_dofs": data.total_dofs,
         "active_dofs": data.active_dofs,
-        "steps": len(data.states),
+        "steps": data.steps,
         "iterations": data.iterations,
         "timings": data.timings,
         "reference": agreement_facts(data.reference, data.history),

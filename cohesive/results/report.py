@@ -11,6 +11,7 @@ from ..elements.bulk import ElasticBlock
 from ..elements.rotations import major_stress
 from ..law.softening_choice import softening_name
 from .agreement import agreement_lines
+from .crushing import crushing
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -31,7 +32,7 @@ def summary(data: RunData) -> str:
     """What was modelled, what came out, and what to be wary of."""
     h = data.history
     lines = [data.scene.title, *describe(data.scene, data.model), *data.notes, *warnings(data)]
-    if not len(h["step"]):
+    if not data.steps:
         return "\n".join([*lines, "no step converged"])
     full = _full_energy(data)
     last = h["load"][-1] / max(abs(h["load"]).max(), 1e-300)
@@ -45,7 +46,7 @@ def summary(data: RunData) -> str:
         + f" N mm, error {data.energy_error:.1e} of the work"
         + (": smaller steps will close it" if data.energy_error > 1e-2 else ""),
         _crack_line(data),
-        f"steps: {len(h['step'])}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
+        f"steps: {data.steps}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
     return "\n".join(lines + agreement_lines(data.reference, h))
 
@@ -63,13 +64,13 @@ def _full_energy(data: RunData) -> str:
 def warnings(data: RunData) -> list[str]:
     """What a reader of the curve should be wary of."""
     load, found = data.history["load"], []
-    if not len(load):
+    if not data.steps:
         return []
     peak = data.peak_row
     if data.peak_load <= 0:
         found.append(f"warning: no load is positive, they go down to {load.min():.5g} N; check the direction of the drive")
-    elif peak in (0, len(load) - 1):
-        which = "first" if peak == 0 < len(load) - 1 else "last"
+    elif peak in (1, data.steps):
+        which = "first" if peak < data.steps else "last"
         found.append(f"warning: the largest load comes with the {which} step; the true peak may lie outside")
     if data.energy_error > _UNBALANCED:
         found.append(
@@ -78,6 +79,8 @@ def warnings(data: RunData) -> list[str]:
         )
     if not data.model.is_smeared and (overload := _overload(data)):
         found.append(overload)
+    if crushed := crushing(data):
+        found.append(crushed)
     locking = {block.kind for block in data.model.band} & {"triangle", "tetra"}
     if locking:
         found.append(f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high")

@@ -19,19 +19,21 @@ if TYPE_CHECKING:
     from ..scenes.measured import Reference
     from ..scenes.scene import Scene
     from ..solver.problem import Problem, State
+    from .record import Record
 
 
 class RunData:
     """The data of a run.
 
-    In a pickle the displacements of all rows stand in place of the stiffness and its factors.
+    In a pickle displacements stand in place of the stiffness and its factors.
 
     Attributes
     ----------
     scene : Scene
     model : Model, with mesh and integration points
-    history : dict of 1-D arrays, one row for each converged step
-    states : list of State, one for each row
+    history : dict of 1-D arrays; row 0 is the state before the first step, then one row for each converged step
+    states : States, by row; a run of many rows keeps some of them only
+    way : (rows,) array, length of the way that the drives have gone, mm
     notes : list of remarks on how the stages ended
     reference : Reference or None
     found : FoundPath, if the crack path was looked for
@@ -42,31 +44,32 @@ class RunData:
         self,
         scene: Scene,
         model: Model,
-        rows: list[dict[str, float]],
-        states: list[State],
+        record: Record,
         notes: list[str],
         reference: Reference | None,
         found: FoundPath | None = None,
     ) -> None:
         self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
-        self.history: dict[str, Array] = {
-            column.name: np.array([row[column.name] for row in rows]) for column in model.columns
-        }
+        own = record.history
+        self.history: dict[str, Array] = {column.name: own.get(column.name, np.zeros(0)) for column in model.columns}
         self.timings = model.timings | {"output": 0.0}
-        self.states, self.found = states, found
-        self._displacements: Array | None = None  # of all rows, in a result from a pickle
+        self.states, self.found = record.states, found
+        self.way = record.way
+        self._displacements: dict[int, Array] | None = None  # of all rows with a state, in a result from a pickle
         self._added_compliance: float | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         kept = self.__dict__.copy()
         if self._displacements is None:
-            whole = np.empty((len(self.states), *self.model.mesh.points.shape))
-            for row in range(len(self.states)):
-                whole[row] = self.displacement(row)
-            kept["_displacements"] = whole
-            kept["_added_compliance"] = self.added_compliance() if self.states else None
+            kept["_displacements"] = {row: self.displacement(row) for row in self.states.kept.tolist()}
+            kept["_added_compliance"] = self.added_compliance() if len(self.states) else None
             kept["model"] = without_factors(self.model)
         return kept
+
+    @property
+    def steps(self) -> int:
+        """Number of converged steps."""
+        return max(len(self.history["step"]) - 1, 0)
 
     @property
     def paths(self) -> list[Array]:
@@ -80,23 +83,23 @@ class RunData:
 
     @property
     def peak_row(self) -> int:
-        """Row of the largest load."""
-        return int(self.history["load"].argmax())
+        """Row of the largest load of all steps; 0 if there is none."""
+        return 1 + int(self.history["load"][1:].argmax()) if self.steps else 0
 
     @property
     def peak_load(self) -> float:
         """Largest load, N (negative if all loads are)."""
-        return float(self.history["load"][self.peak_row]) if self.states else 0.0
+        return float(self.history["load"][self.peak_row]) if self.steps else 0.0
 
     @property
     def opening_at_peak(self) -> float:
         """Opening at the largest load, mm."""
-        return float(self.history["opening"][self.peak_row]) if self.states else 0.0
+        return float(self.history["opening"][self.peak_row]) if self.steps else 0.0
 
     @property
     def dissipated_energy(self) -> float:
         """Damage dissipation at the end, N mm."""
-        return float(self.history["dissipated"][-1]) if self.states else 0.0
+        return float(self.history["dissipated"][-1]) if self.steps else 0.0
 
     @property
     def full_energy(self) -> float | None:
@@ -111,7 +114,7 @@ class RunData:
     def energy_error(self) -> float:
         """Largest difference between external work and energies, each integrated on its own, over the largest work."""
         h = self.history
-        if not self.states:
+        if not self.steps:
             return 0.0
         error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"] - h["released"]
         return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
@@ -152,16 +155,10 @@ class RunData:
         return self.problem.loading.moved.is_platen
 
     @property
-    def platen_path(self) -> Array:
-        """Length of the way that the drives have gone, (rows,), mm."""
-        motions = self.problem.drives[list(self.problem.loading.moved.motions)]
-        positions = np.array([state.v[motions] for state in self.states]).reshape(len(self.states), -1)
-        return np.cumsum(np.linalg.norm(np.diff(positions, axis=0, prepend=0.0), axis=1))
-
-    @property
     def last(self) -> State:
         """The state at the last row."""
-        return self.states[-1]
+        state: State = self.states[-1]
+        return state
 
     @property
     def gauge_is_elastic(self) -> bool:
@@ -187,19 +184,20 @@ class RunData:
     def displacement(self, row: int) -> Array:
         """Displacements of all nodes in a row of the history, (m, d), mm."""
         if self._displacements is not None:
-            return np.asarray(self._displacements[row])
+            return self._displacements[row + len(self.states) if row < 0 else row]
         return self.model.condensation.recover(self.states[row].v)
 
     def frame(self, row: int) -> Frame:
-        """Fields of a row of the history (0 is the first)."""
+        """Fields of a row of the history (0 is the state before the first step, -1 the last one)."""
         return frame_of(self.model, self.states[row], self.displacement(row), int(self.history["step"][row]))
 
     def frame_rows(self) -> list[int]:
         """Rows that are written as frames: evenly spread, the peak and the last one."""
-        n, wanted = len(self.states), self.scene.output.frames
-        if not n or not wanted:
+        last, wanted = self.steps, self.scene.output.frames
+        if not last or not wanted:
             return []
-        return sorted({*np.linspace(0, n - 1, wanted + 1).round().astype(int)[1:].tolist(), self.peak_row})
+        spread = np.linspace(0, last, min(wanted, last) + 1).round().astype(int)[1:].tolist()
+        return sorted({*map(self.states.nearest, spread), self.peak_row})
 
     def opening_profile(self, row: int) -> tuple[Array, Array]:
         """Positions (p, d) and openings (p,) of the points with cracks in a row of the history, mm, in the order of

@@ -27,7 +27,7 @@ class Column:
 
 
 COLUMNS = (
-    Column("step", "", "number of the converged step"),
+    Column("step", "", "number of the converged step; 0 before the first one"),
     Column("load", "N", "force along the motion of the drive that the stage moves", watched=True, unloaded=True),
     Column("opening", "mm", "normal motion between the points of the gauge", watched=True, unloaded=True),
     Column("sliding", "mm", "tangential motion between the points of the gauge", watched=True, unloaded=True),

@@ -21,6 +21,7 @@ from ..arrays import Array
 from ..cracks.interface_points import InterfaceState
 from ..cracks.interface_variation import InterfaceSteps, InterfaceVariation
 from .controls import Dissipation, LinearControl, Load, control_of
+from .newton import Equilibrium
 from .problem import Guess, Problem, State
 from .snap import onset_within
 from .steps import Step
@@ -93,15 +94,20 @@ class Sensitivity:
         """
         if not self.parameters:
             return []
-        if energies and len(whole := self._with_onsets()) > len(self.steps):
-            given = {id(step) for step in self.steps}
-            kept = [i for i, step in enumerate(whole) if id(step) in given]
-            found = Sensitivity(self.problem, whole, self.parameters)._rates(energies)
-            return [[rates[i] for i in kept] for rates in found]
-        return self._rates(energies)
+        if not energies:
+            return [rates[1:] for rates in self._rates()]
+        whole = self._with_onsets()
+        divided = Sensitivity(self.problem, whole, self.parameters) if len(whole) > len(self.steps) else self
+        given = {id(step) for step in self.steps}
+        kept = [0, *(i for i, step in enumerate(whole, start=1) if id(step) in given)]
+        found = []
+        for parameter, rates in zip(self.parameters, divided._rates(), strict=True):
+            work = divided._work(rates)
+            found.append(self._with_energies(parameter, [rates[i] for i in kept], [work[i] for i in kept]))
+        return found
 
     def _with_onsets(self) -> list[Step]:
-        """The steps, each in which damage begins in two parts, as its work and energies are those of both."""
+        """The steps, each in which damage begins in two parts, as its work is that of both."""
         law, found = self.problem.point_law, []
         for start, step in zip(self.states[:-1], self.steps, strict=True):
             now = step.equilibrium.state
@@ -109,11 +115,13 @@ class Sensitivity:
             if begins and not control_of(step.control).begins_at_onset:
                 onset = onset_within(self.problem, start, step.control, step.value)
                 if onset is not None:
-                    found.append(Step(onset, 0, "dissipation", start.dissipated, step.stage))
+                    state = State(onset.v, onset.load, onset.cracks)
+                    found.append(Step(Equilibrium(state, 0, []), 0, "dissipation", start.dissipated, step.stage))
             found.append(step)
         return found
 
-    def _rates(self, energies: bool) -> list[list[State]]:
+    def _rates(self) -> list[list[State]]:
+        """The derivatives of the unloaded state and of all others, but for those of the energies, for each parameter."""
         size = self.problem.operator.size
         count, p = len(self.parameters), len(self.problem.operator.weights)
         explicit = [self.points.at_rest(each.variation) for each in self.parameters]
@@ -125,7 +133,7 @@ class Sensitivity:
         found = [last]
         for i in range(len(self.steps)):
             found.append(self._follow(i, found[-1], stress[:, i], history[:, i]))
-        return [self._states(j, found, energies) for j in range(count)]
+        return [self._states(j, found) for j in range(count)]
 
     def _follow(self, i: int, last: _Rates, stress: Array, history: Array) -> _Rates:
         """The derivatives after a step, from those before it and what the parameters change at rest, (m, p, d) and (m, p)."""
@@ -185,18 +193,25 @@ class Sensitivity:
         changes = [one.dissipation(each.variation, last.points(j), still) for j, each in enumerate(self.parameters)]
         return np.array(changes) @ self.problem.operator.weights
 
-    def _states(self, j: int, found: Sequence[_Rates], energies: bool) -> list[State]:
+    def _states(self, j: int, found: Sequence[_Rates]) -> list[State]:
         """The derivatives in one parameter."""
         drive = self.problem.drive
-        rates = [
+        return [
             State(
                 each.v[j], float(each.load[j]), each.points(j), float(drive @ each.v[j]), dissipated=float(each.dissipated[j])
             )
             for each in found
         ]
-        return self._with_energies(self.parameters[j], rates) if energies else rates[1:]
 
-    def _with_energies(self, parameter: Parameter, rates: Sequence[State]) -> list[State]:
+    def _work(self, rates: Sequence[State]) -> list[float]:
+        """Derivatives of the work up to each state."""
+        drive, found = self.problem.drive, [0.0]
+        for (start, now), (old, new) in zip(pairwise(self.states), pairwise(rates), strict=True):
+            change = 0.5 * (old.load + new.load) * float(drive @ (now.v - start.v))
+            found.append(found[-1] + change + 0.5 * (start.load + now.load) * float(drive @ (new.v - old.v)))
+        return found
+
+    def _with_energies(self, parameter: Parameter, rates: Sequence[State], work: Sequence[float]) -> list[State]:
         """The derivatives with those of the energies, which `newton.next_state` adds up."""
         problem, states, weights = self.problem, self.states, self.problem.operator.weights
         started = InterfaceState(*(np.concatenate([getattr(rate.cracks, name) for rate in rates[:-1]])
@@ -208,13 +223,11 @@ class Sensitivity:
             for part in (points.stored, points.dissipation, points.contact_work)
         )
         dissipated, contact = np.cumsum(dissipated), np.cumsum(contact)
-        work, found = 0.0, []
-        for i, (old, new) in enumerate(pairwise(rates)):
-            start, now = states[i], states[i + 1]
-            work += 0.5 * (old.load + new.load) * float(problem.drive @ (now.v - start.v))
-            work += 0.5 * (start.load + now.load) * float(problem.drive @ (new.v - old.v))
+        found = []
+        for i, new in enumerate(rates[1:]):
+            now = states[i + 1]
             elastic = float(problem.bulk(now.v) @ new.v + 0.5 * parameter.forces(now.v) @ now.v)
-            energy = (work, elastic, float(stored[i]), float(dissipated[i]), float(contact[i]))
+            energy = (work[i + 1], elastic, float(stored[i]), float(dissipated[i]), float(contact[i]))
             found.append(State(new.v, new.load, new.cracks, new.driven, *energy))
         return found
 

@@ -91,7 +91,7 @@ class ComparisonData(Generic[Run]):
         found = []
         for at in self._stages():
             by_model = {
-                name: _profile(run, s[1:], at) for (name, run), s in zip(self.runs.items(), self._pair.travelled, strict=True)
+                name: _profile(run, s, at) for (name, run), s in zip(self.runs.items(), self._pair.travelled, strict=True)
             }
             found.append((f"opening {np.interp(at, s, opening):.3g} mm", by_model))
         return found
@@ -117,8 +117,9 @@ def _ratio(value: float, over: float) -> float:
 
 def _profile(data: RunData, travelled: Array, at: float) -> tuple[Array, Array]:
     """Positions along the path and openings when `at` is travelled, between the two rows around it; `travelled` (rows,)."""
-    after = int(np.clip(np.searchsorted(travelled, at), 0, len(travelled) - 1))
-    before = max(after - 1, 0)
+    kept = data.states.kept
+    place = int(np.clip(np.searchsorted(travelled[kept], at), 0, len(kept) - 1))
+    before, after = kept[max(place - 1, 0)], kept[place]
     step = travelled[after] - travelled[before]
     share = (at - travelled[before]) / step if step > 0 else 1.0
     position, model = data.profile_distance(), data.model

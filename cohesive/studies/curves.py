@@ -43,8 +43,8 @@ class Curve:
 
 def curve_of(data: RunData) -> Curve:
     """The curve of a run."""
-    opening, load, work = (np.r_[0.0, data.history[name]] for name in ("opening", "load", "work"))
-    return Curve(opening, load, work, np.r_[0.0, data.platen_path] if data.drives_both_ways else None)
+    opening, load, work = (data.history[name] for name in ("opening", "load", "work"))
+    return Curve(opening, load, work, data.way if data.drives_both_ways else None)
 
 
 @dataclass(frozen=True)

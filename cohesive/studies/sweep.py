@@ -59,7 +59,7 @@ class SweptRun:
     def measures(self) -> dict[str, float]:
         """The numbers of the table."""
         r = self.result
-        if r is None or not r.states:
+        if r is None or not r.steps:
             return dict.fromkeys(MEASURES, float("nan"))
         numbers = (r.peak_load, r.opening_at_peak, r.dissipated_energy, r.energy_error, r.iterations, r.solution_time)
         return dict(zip(MEASURES, map(float, numbers), strict=True))
@@ -111,7 +111,10 @@ class Sweep:
         """All curves."""
         from .sweep_figure import sweep_figure  # with matplotlib, which is slow to import
 
-        return sweep_figure(self)
+        drawn = [
+            (each.values, each.result, each.is_done) for each in self.runs if each.result is not None and each.result.steps
+        ]
+        return sweep_figure(self.scene.title, self.vary, drawn)
 
     def save(self, folder: str | Path) -> None:
         """Write sweep.csv, sweep.txt and, if a run began, sweep.png; SceneError if the folder cannot be written."""
@@ -128,7 +131,7 @@ class Sweep:
         )
         write_file(folder / "sweep.csv", lambda path: write_text(path, text.getvalue()))
         write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
-        if any(result is not None and result.states for result in self.results):
+        if any(result is not None and result.steps for result in self.results):
             write_file(folder / "sweep.png", partial(self.plot().savefig, dpi=150))
 
 

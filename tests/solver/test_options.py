@@ -15,12 +15,12 @@ def test_steps_that_converge_easily_grow_and_end_at_the_same_target(beam: Scene)
     scene = beam.with_(**{"stage.0.steps": 60})
     plain, growing = (run(scene.with_(**{"solver.step_growth": most})) for most in (1.0, 4.0))
     assert not growing.history["cuts"].any()
-    sizes, nominal = np.diff(growing.history["opening"], prepend=0.0), 0.18 / 60
+    sizes, nominal = np.diff(growing.history["opening"]), 0.18 / 60
     assert 1.9 * nominal < sizes.max() < 4.001 * nominal
     assert len(growing.history["step"]) < 0.8 * len(plain.history["step"])
     assert growing.history["opening"][-1] == pytest.approx(plain.history["opening"][-1], rel=1e-4)  # the tolerance
     assert growing.history["load"][-1] == pytest.approx(plain.history["load"][-1], rel=1e-3)  # a converged state, but for it
-    np.testing.assert_allclose(np.diff(plain.history["opening"], prepend=0.0), nominal, rtol=1e-3)  # never by themselves
+    np.testing.assert_allclose(np.diff(plain.history["opening"]), nominal, rtol=1e-3)  # never by themselves
 
 
 @pytest.mark.parametrize(("tangent", "per_step"), [("consistent", 1), ("secant", 40)])

@@ -102,7 +102,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     assert "discrete     smeared  difference" in out and "curve distance" in out
     assert (tmp_path / "out" / "comparison.png").exists()
-    assert len((tmp_path / "out" / "smeared" / "history.csv").read_text().splitlines()) == 9
+    assert len((tmp_path / "out" / "smeared" / "history.csv").read_text().splitlines()) == 10
 
 
 def test_a_run_that_stops_is_compared_as_far_as_it_came(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

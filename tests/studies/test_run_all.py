@@ -30,4 +30,4 @@ def test_a_run_that_stops_early_is_there_as_far_as_it_came() -> None:
     beyond = block(stage__0__control="load", stage__0__to=1600.0, stage__0__steps=3)
     with ThreadPoolExecutor(1) as pool:
         found = list(run_all([beyond, SCENES[0]], pool))
-        assert found[0].notes[-1].startswith("stopped: ") and len(found[1].states) == 4
+        assert found[0].notes[-1].startswith("stopped: ") and found[1].steps == 4
