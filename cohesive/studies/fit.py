@@ -26,8 +26,11 @@ LOSSES = ("linear", "soft_l1", "band")
 #: changes of the numbers, and of the sum of squares, below which a fit ends
 _XTOL, _FTOL = 1e-4, 1e-5
 
-#: slope of the sum of squares over itself that no minimum has
-_STUCK = 0.05
+#: change of a scaled number up to which residuals are linear
+_FAR = 0.1
+
+#: part of the sum of squares that no minimum could lose to a Gauss-Newton step, if it is worth anything: mean square above
+_STUCK, _NOTHING = 0.05, 1e-6
 
 #: how often a start that does not run is moved half the way to the first one
 _PULLS = 3
@@ -234,12 +237,12 @@ def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
     found: list[Minimum] = []
     middle = np.array([each.bounds for each in problem.parameters]).mean(axis=1)
     for start in starts:
-        solved = solve(problem, start)
+        solved = solve(problem, start, strict=True)
         for _ in range(_PULLS):  # towards a start that runs
             if solved is not None:
                 break
             start = 0.5 * (start + (middle if start is starts[0] else starts[0]))
-            solved = solve(problem, start)
+            solved = solve(problem, start, strict=True)
         if solved is None:
             continue
         z, cost, evaluations = solved
@@ -253,16 +256,21 @@ def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
         else:
             found[found.index(twin)] = twin.met_again()
     if not found:
-        raise SceneError("no start of the fit runs; expected other bounds")
+        solved = solve(problem, starts[0])
+        if solved is None:
+            raise SceneError("no start of the fit runs; expected other bounds")
+        z, cost, evaluations = solved
+        found.append(Minimum(z, cost, problem.by_name(z), rms(problem, problem.trial(z)), evaluations, 1))
     return sorted(found, key=lambda one: one.cost)
 
 
 def solve(
-    problem: FitProblem, start: Array, fixed: int | None = None, most: int = _MOST, ftol: float = _FTOL
+    problem: FitProblem, start: Array, fixed: int | None = None, most: int = _MOST, ftol: float = _FTOL, strict: bool = False
 ) -> tuple[Array, float, int] | None:
     """The minimum next to a start: numbers, sum of squares, evaluations.
 
-    None if the start does not run, or the way down ends at numbers with which there is no run: no minimum.
+    None if the start does not run; if `strict` also if the way down ends where it leads on: at numbers with which there is no
+    run, or a snap.
 
     Parameters
     ----------
@@ -284,15 +292,8 @@ def solve(
     if not len(free):
         return whole, cost_of(problem, problem.residuals(whole)), 1
     room = 1e-6 * (high - low)
-    failed = [False]
-
-    def residuals(z: Array) -> Array:
-        value = problem.residuals(at(z))
-        failed[0] |= not np.isfinite(value).all()
-        return value
-
     found = least_squares(
-        residuals,
+        lambda z: problem.residuals(at(z)),
         np.clip(whole[free], low + room, high - room),
         jac=lambda z: problem.jacobian(at(z))[:, free],
         bounds=(low, high),
@@ -303,9 +304,19 @@ def solve(
         gtol=1e-10,
         max_nfev=most,
     )
-    if failed[0] and found.optimality > _STUCK * found.cost:
+    if strict and _is_stuck(found.fun, found.jac[:, found.active_mask == 0]):
         return None
     return at(found.x), 2.0 * float(found.cost), int(found.nfev)
+
+
+def _is_stuck(residuals: Array, jacobian: Array) -> bool:
+    """Whether a way down ended though it leads on: at numbers with which there is no run, or at a snap."""
+    if float(np.mean(residuals**2)) < _NOTHING or not jacobian.size:
+        return False
+    step = np.linalg.lstsq(jacobian, -residuals, rcond=1e-8)[0]
+    step *= min(1.0, _FAR / max(float(abs(step).max()), 1e-300))  # beyond that nothing is linear
+    left = residuals + jacobian @ step
+    return float(left @ left) < (1.0 - _STUCK) * float(residuals @ residuals)
 
 
 def cost_of(problem: FitProblem, residuals: Array) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -11,10 +12,13 @@ import numpy as np
 from ..algebra.bordered import Stiffness
 from ..arrays import Array, Index
 from ..errors import SceneError, TooCostly
+from ..law.concrete import Concrete
+from ..law.crack_plane import CrackPlane
 from ..model.model import Model
 from ..model.prepared import Prepared, prepare
 from ..scenes.scene import Scene
 from ..solver.march import March, Step
+from ..solver.problem import Problem
 from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
 from ..solver.stages import Stage
 
@@ -127,24 +131,31 @@ class Rig:
         for key in keys:
             value = value_of(rows.scene, key)
             half = _AT_A_STATE * (abs(value) or 1.0)
-            ends = [self.model(self.scene.with_(**{**values, key: value + by})).problem for by in (-half, half)]
-            ends = [replace(each, tol=rows.model.problem.tol) for each in ends]
-            parameters.append(Parameter(ends[0], ends[1], half, key == "material.E" or not _is_of_law(key)))
-            halves.append(1e-4 * (abs(value) or 1.0))
+            below, above = (self._changed(rows, values, key, value + by) for by in (-half, half))
+            parameters.append(Parameter(below, above, half, key == "material.E" or not _is_of_law(key)))
+            halves.append(half)
         rates = Sensitivity(rows.model.problem, rows.steps, parameters).rates(energies)
         self.sensitivities += 1
         found = {}
-        for key, by, rate in zip(keys, halves, rates, strict=True):
-            states = [step.equilibrium.state for step in rows.steps]
-            ends_of = [
-                [rows.model.record(moved(state, each, sign * by)) for state, each in zip(states, rate, strict=True)]
-                for sign in (1.0, -1.0)
-            ]
+        states = [step.equilibrium.state for step in rows.steps]
+        for key, half, rate in zip(keys, halves, rates, strict=True):
+            far = [rows.model.record(moved(state, each, half)) for state, each in zip(states, rate, strict=True)]
             found[key] = {
-                name: np.array([(high[name] - low[name]) / (2.0 * by) for high, low in zip(*ends_of, strict=True)])
-                for name in rows.history
+                name: (np.array([record[name] for record in far]) - column) / half for name, column in rows.history.items()
             }
         return found
+
+    def _changed(self, rows: Rows, values: Mapping[str, float], key: str, value: float) -> Problem:
+        """The problem of a run with another number; one of the law needs no scene, and no model."""
+        problem = rows.model.problem
+        if not _is_of_law(key) or (key == "material.E" and rows.scene.specimen.regions()):
+            changed = self.model(self.scene.with_(**{**values, key: value})).problem
+            return replace(changed, tol=problem.tol)
+        own = rows.scene.material
+        material, law = _with_number(own, key, value), problem.point_law
+        point_law = replace(law, plane=CrackPlane(material, law.plane.width))  # type: ignore[type-var, attr-defined]
+        stiffness = problem.stiffness if material.E == own.E else problem.stiffness.scaled(material.E / own.E)
+        return replace(problem, point_law=point_law, stiffness=stiffness)
 
     def differences(
         self, values: Mapping[str, float], keys: Sequence[str], stages: Sequence[Stage], targets: Callable[[Rows], Index]
@@ -187,6 +198,22 @@ class _Counted:
         if self._count > self._most:
             raise TooCostly(f"more than {self._most} iterations: the crack snaps, or other steps are needed")
         return self._stiffness.solve(*system)
+
+
+def _with_number(material: Concrete, key: str, value: float) -> Concrete:
+    """A material with another number under a dotted key."""
+    _, name, *path = key.split(".")
+    if not path:
+        changed: dict[str, Any] = {name: value}
+        return replace(material, **changed)
+    whole = place = copy.deepcopy(getattr(material, name))
+    if isinstance(whole, tuple):
+        whole = place = list(whole)
+    *path, last = path
+    for part in path:
+        place = place[int(part)] if isinstance(place, list) else place[part]
+    place[int(last) if isinstance(place, list) else last] = value
+    return replace(material, **{name: whole})
 
 
 def _is_of_law(key: str) -> bool:
