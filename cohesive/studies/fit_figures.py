@@ -71,7 +71,7 @@ def _draw_softening(axes: Axes, fit: Fitted) -> None:
     for i in distinct:
         colour = _COLOURS[i % len(_COLOURS)]
         stresses = np.array([curve.stress(w) for curve in fit.curve_samples(i)])
-        if len(stresses) > 20:
+        if len(stresses) > 20 and fit.interval_kind != "feasible":  # a set of numbers has no covariance
             low, high = np.quantile(stresses, (0.025, 0.975), axis=0)
             axes.fill_between(w, low, high, color=colour, alpha=0.2, linewidth=0.0, label="95 % band (covariance)")
         name = f" ({fit.scenes[i].title})" if len(distinct) > 1 else ""
