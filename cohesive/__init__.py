@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from .solver.controls import register_control
     from .studies.accuracy import settings_for
     from .studies.compare import Comparison, compare
+    from .studies.fit import fit
+    from .studies.sensitivities import sensitivities
     from .studies.sweep import sweep
     from .studies.trade import trade
 
@@ -29,12 +31,14 @@ __all__ = [
     "Scene",
     "SceneError",
     "compare",
+    "fit",
     "prepare",
     "register_control",
     "register_softening",
     "register_specimen",
     "resume",
     "run",
+    "sensitivities",
     "settings_for",
     "sweep",
     "trade",
@@ -50,12 +54,14 @@ _HOME = {
     "Scene": "scenes.scene",
     "SceneError": "errors",
     "compare": "studies.compare",
+    "fit": "studies.fit",
     "prepare": "model.prepared",
     "register_control": "solver.controls",
     "register_softening": "law.softening",
     "register_specimen": "meshing.specimens",
     "resume": "simulation",
     "run": "simulation",
+    "sensitivities": "studies.sensitivities",
     "settings_for": "studies.accuracy",
     "sweep": "studies.sweep",
     "trade": "studies.trade",

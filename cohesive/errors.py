@@ -87,3 +87,7 @@ class Interrupted(KeyboardInterrupt):
 
     result: object = None
     finished: Sequence[object] = ()
+
+
+class TooCostly(Exception):
+    """A run that takes more iterations than it was given."""

@@ -24,6 +24,7 @@ EXAMPLES = (
     "shear_and_pull",
     "laboratory",
     "measured_deflection",
+    "identification",
     "accuracy",
     "sandwich_panel",
     "reinhardt",

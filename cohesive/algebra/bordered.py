@@ -22,7 +22,7 @@ Entries = tuple[Index, Index, Array]
 #: (n, k) matrix of the motions that are allowed; None: all
 Free: TypeAlias = sp.csr_array | None
 
-#: the solution from a right-hand side, (n,) each
+#: the solution from a right-hand side, (n,) each; what `factored` returns takes m of them, (n, m)
 Solve: TypeAlias = Callable[[Array], Array]
 
 #: residual of a step by a reused factorization, relative to its forces: Newton's method still gains six digits
@@ -108,6 +108,35 @@ class _Bordered(ABC):
         """How many factorizations there have been."""
         return self._reused.made
 
+    def factored(self, crack: Entries, load: Array, row: Array, corner: float, free: Free = None) -> Solve:
+        """The system of `solve`, factored anew for many right-hand sides: from [right, last], (n + 1, m), to [v, factor], as
+        many, as exact as rounding allows.
+
+        Raises
+        ------
+        NotConverged
+            If the system is singular.
+        """
+        if free is not None:
+            load, row = free.T @ load, free.T @ row
+        unit = self._unit(crack, row)
+        inner = self._factor(crack, load, unit * row, unit * corner, free)
+
+        def one(right: Array) -> Array:
+            forces = right[:-1] if free is None else free.T @ right[:-1]
+            x = inner(np.append(forces, unit * right[-1]))
+            return x if free is None else np.append(free @ x[:-1], x[-1])
+
+        def solve(right: Array) -> Array:  # one by one: LAPACK would start threads for several, which take longer to meet
+            return np.stack([one(column) for column in right.T], axis=1)
+
+        return solve
+
+    def _unit(self, crack: Entries, row: Array) -> float:
+        """What brings the equation of a control to the size of forces."""
+        size = float(np.linalg.norm(row))
+        return (self._stiffest or float(abs(crack[2]).max())) / size if size else 1.0
+
     @abstractmethod
     def _worth(self) -> int:
         """Iterations of GMRES at the price of half a factorization."""
@@ -126,9 +155,7 @@ class _Bordered(ABC):
         n = len(right)
         if free is not None:
             load, row, right = free.T @ load, free.T @ row, free.T @ right
-        # the control in forces, too
-        size = float(np.linalg.norm(row))
-        unit = (self._stiffest or float(abs(crack[2]).max())) / size if size else 1.0
+        unit = self._unit(crack, row)
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
 
         x = None

@@ -95,7 +95,7 @@ class CrackPlane:
         jump, Z = _checked(jump, Z)
         n, d = jump.shape
         k = self.stiffness(d)
-        Zeq, dZeq = self._equivalent_jump(jump)
+        Zeq, dZeq = self.equivalent_jump(jump)
         Z0 = np.maximum(Z, self.Zt)
         loading = (Zeq >= Z0) & (not frozen)
         Z_new = np.maximum(Z0, Zeq)
@@ -123,7 +123,23 @@ class CrackPlane:
 
     def history(self, jump: Array, Z: Array) -> Array:
         """New history (n,) of `update`, eq. (4)."""
-        return np.asarray(np.maximum(np.maximum(Z, self.Zt), self._equivalent_jump(jump, gradient=False)[0]))
+        return np.asarray(np.maximum(np.maximum(Z, self.Zt), self.equivalent_jump(jump, gradient=False)[0]))
+
+    def equivalent_jump(self, jump: Array, gradient: bool = True) -> tuple[Array, Array]:
+        """Zeq of eq. (4a), (n,), mm, and its gradient, (n, d); without `gradient` Zeq twice."""
+        m = self.concrete
+        gamma, mu = (m.E / m.G) * m.r_sigma, (m.E / m.G) * m.mu_sigma
+        A = 0.5 * (1.0 + (mu / gamma) ** 2)
+        B = 1.0 - (mu / gamma) ** 2
+        u1, v = jump[:, 0], jump[:, 1:]
+        root = np.sqrt((B * u1) ** 2 + (2.0 / gamma) ** 2 * np.einsum("ij,ij->i", v, v))
+        Zeq = A * u1 + 0.5 * root
+        if not gradient:
+            return Zeq, Zeq
+        safe = np.where(root > 0, root, 1.0)[:, None]
+        dZeq = (0.5 / safe) * np.concatenate([(B**2 * u1)[:, None], (2.0 / gamma) ** 2 * v], axis=1)
+        dZeq[:, 0] += A
+        return Zeq, dZeq
 
     def undamaged_traction(self, jump: Array, Z: Array) -> Array:
         """First term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""
@@ -189,8 +205,8 @@ class CrackPlane:
         jump0, Z0 = _checked(jump0, Z0)
         jump1, Z1 = _checked(jump1, Z1)
         Z0, Z1 = np.maximum(Z0, self.Zt), np.maximum(Z1, self.Zt)
-        Zeq0 = self._equivalent_jump(jump0, gradient=False)[0]
-        Zeq1, dZeq1 = self._equivalent_jump(jump1)
+        Zeq0 = self.equivalent_jump(jump0, gradient=False)[0]
+        Zeq1, dZeq1 = self.equivalent_jump(jump1)
         loading = Zeq1 >= Z1
         rise = self._weighted_damage(Z1) - self._weighted_damage(Z0)
         ratio1 = self._twice_energy(jump1) / Z1**2
@@ -219,22 +235,6 @@ class CrackPlane:
         """The integral of Z^2 over omega from Zt to Z, but for a constant, (n,), mm^2."""
         curve, w = self.concrete.curve, Z - self.Zt
         return np.asarray(self.Zt / self.concrete.ft * (2.0 * curve.work(w) - Z * curve.stress(w)))
-
-    def _equivalent_jump(self, jump: Array, gradient: bool = True) -> tuple[Array, Array]:
-        """Zeq of eq. (4a) and its gradient."""
-        m = self.concrete
-        gamma, mu = (m.E / m.G) * m.r_sigma, (m.E / m.G) * m.mu_sigma
-        A = 0.5 * (1.0 + (mu / gamma) ** 2)
-        B = 1.0 - (mu / gamma) ** 2
-        u1, v = jump[:, 0], jump[:, 1:]
-        root = np.sqrt((B * u1) ** 2 + (2.0 / gamma) ** 2 * np.einsum("ij,ij->i", v, v))
-        Zeq = A * u1 + 0.5 * root
-        if not gradient:
-            return Zeq, Zeq
-        safe = np.where(root > 0, root, 1.0)[:, None]
-        dZeq = (0.5 / safe) * np.concatenate([(B**2 * u1)[:, None], (2.0 / gamma) ** 2 * v], axis=1)
-        dZeq[:, 0] += A
-        return Zeq, dZeq
 
     def _contact(self, jump: Array, Z: Array, tangent: bool = True) -> tuple[Index, Array, Array, Array]:
         """The contact part of the traction, without omega, at the points in contact: their indices, its value, its

@@ -77,15 +77,22 @@ def advance_past_onset(problem: Problem, start: State, control: str, target: flo
     trial = advance(problem, start, control, target, reversal)
     if trial.state.dissipated <= start.dissipated:
         return trial
-    try:
-        onset, error = _onset(problem, start, _load_direction(problem, start, control, target))
-    except NotConverged:  # damage begins on no elastic way
-        return trial
-    at, before = (control_of(control).equation(problem, target, start, guess).gap for guess in (onset, start))
-    if error > _NEARLY_ELASTIC or not 0.0 < at / before < 1.0:
+    onset = onset_within(problem, start, control, target)
+    if onset is None:
         return trial
     work = start.work + problem.work(start, onset) + problem.work(onset, trial.state)
     return replace(trial, state=replace(trial.state, work=work))
+
+
+def onset_within(problem: Problem, start: State, control: str, target: float) -> Guess | None:
+    """Where damage begins, or begins again, in a step from a state in which no point stands where it is damaged further; None
+    if the way there is not elastic, or leads beyond the target."""
+    try:
+        onset, error = _onset(problem, start, _load_direction(problem, start, control, target))
+    except NotConverged:  # damage begins on no elastic way
+        return None
+    at, before = (control_of(control).equation(problem, target, start, guess).gap for guess in (onset, start))
+    return None if error > _NEARLY_ELASTIC or not 0.0 < at / before < 1.0 else onset
 
 
 def _load_direction(problem: Problem, start: State, control: str, target: float) -> float:

@@ -1,0 +1,124 @@
+"""`evaluate`: a measured curve of a notched beam after a standard, without a model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SceneError
+from ..scenes.measured import Measured
+from .standards import STANDARDS, Beam, Quantity, modulus
+
+#: quantities of a beam by their keys, with what is asked for if one is missing
+_ASKED = {
+    "specimen.span": "the distance between the supports",
+    "specimen.depth": "the depth of the beam",
+    "specimen.thickness": "the thickness of the beam",
+    "specimen.notch": "the depth of the notch",
+}
+
+#: columns that are deflections of mid-span
+_DEFLECTIONS = ("deflection", "driven")
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What a standard takes from a curve.
+
+    Attributes
+    ----------
+    standard, name : of the standard and of the curve
+    quantities : list of Quantity
+    """
+
+    standard: str
+    name: str
+    quantities: list[Quantity]
+
+    @property
+    def values(self) -> dict[str, float | None]:
+        """The numbers by name."""
+        return {each.name: each.value for each in self.quantities}
+
+    def summary(self) -> str:
+        """The printed table."""
+        lines = [f"{self.name}, {self.standard}"]
+        for each in self.quantities:
+            value = "-" if each.value is None else f"{each.value:.4g}"
+            lines.append(f"  {each.name:<9}{value:>10} {each.unit:<6}{each.remark}".rstrip())
+        return "\n".join(lines)
+
+
+def evaluate(measured: Measured, against: str, standard: str, values: Mapping[str, Any]) -> Evaluation:
+    """Evaluate a curve.
+
+    Parameters
+    ----------
+    against : what x is: "opening", "deflection" or "driven"
+    standard : "rilem-tc-50", "en-14651" or "jci-s-001"
+    values : specimen.span, specimen.depth, specimen.thickness, specimen.notch (mm), mass (kg), and if they differ from span,
+        0 and 0: specimen.length, mass_loading (kg), gauge_holder (mm)
+
+    Raises
+    ------
+    SceneError
+        Naming what is missing.
+    """
+    if standard not in STANDARDS:
+        raise SceneError(f"standard = {standard!r}: expected one of {', '.join(STANDARDS)}", "standard")
+    beam = beam_of(values)
+    function, wanted = STANDARDS[standard]
+    x, y, remark = _as_wanted(measured, against, standard, wanted)
+    found = function(beam, x, y)
+    is_opening = against not in _DEFLECTIONS
+    found.append(modulus(beam, measured.x, measured.y, is_opening, _number(values, "gauge_holder", 0.0)))
+    if remark:
+        found.append(Quantity("note", None, "", remark))
+    return Evaluation(standard, measured.name, found)
+
+
+def beam_of(values: Mapping[str, Any]) -> Beam:
+    """The beam of some values by their keys."""
+    numbers = {}
+    for key, what in _ASKED.items():
+        if values.get(key) is None:
+            raise SceneError(f"{key} is missing: expected {what} in mm, --set {key}=...", key)
+        numbers[key.split(".")[1]] = _number(values, key, 0.0)
+    if not numbers["notch"] < numbers["depth"]:
+        raise SceneError(f"specimen.notch = {numbers['notch']:g}: expected less than the depth", "specimen.notch")
+    mass = None if values.get("mass") is None else _number(values, "mass", 0.0)
+    length = _number(values, "specimen.length", numbers["span"])
+    return Beam(**numbers, length=length, mass=mass, mass_loading=_number(values, "mass_loading", 0.0))
+
+
+def _as_wanted(measured: Measured, against: str, standard: str, wanted: str) -> tuple[Array, Array, str]:
+    """The curve over what a standard wants."""
+    is_deflection = against in _DEFLECTIONS
+    if is_deflection == (wanted == "deflection"):
+        return measured.x, measured.y, ""
+    if standard == "en-14651":
+        opening = (measured.x - 0.04) / 0.85
+        kept = opening > 0
+        x, y = np.r_[0.0, opening[kept]], np.r_[0.0, measured.y[kept]]
+        return x, y, "openings from the deflection, (deflection - .04 mm)/.85"
+    raise SceneError(
+        f"reference.against = '{against}': {standard} wants load over {wanted}; expected such a curve, or another standard",
+        "reference.against",
+    )
+
+
+def _number(values: Mapping[str, Any], key: str, default: float) -> float:
+    value = values.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
+        raise SceneError(f"{key} = {value!r}: expected a number of at least 0", key)
+    return float(value)
+
+
+def standard_for(against: str) -> Sequence[str]:
+    """The standards that want this motion."""
+    wanted = "deflection" if against in _DEFLECTIONS else "opening"
+    return [name for name, (_, motion) in STANDARDS.items() if motion == wanted]

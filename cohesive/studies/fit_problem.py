@@ -1,0 +1,203 @@
+"""The residuals of a fit and their Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from meshing.errors import MeshError
+
+from ..arrays import Array
+from ..errors import NotConverged, ParameterError, SceneError, TooCostly
+from ..solver.controls import control_of
+from ..solver.stages import Stage
+from .fit_data import Data
+from .fit_parameters import Varied
+from .rig import Rig, Rows
+
+#: what a run with numbers that make no sense may end in
+FAILURES = (NotConverged, TooCostly, SceneError, MeshError, ParameterError, ValueError)
+
+#: iterations that a run may take for each of its steps, and at least
+_ITERATIONS, _LEAST = 8, 200
+
+#: openings at which a run stands that could not go by the measured motion, over the furthest one
+_OPENINGS = np.geomspace(1e-4, 2.0, 70)
+
+#: relative change for the derivative in a number that is not of the material
+_OF_A_MESH = 1e-3
+
+
+@dataclass
+class Trial:
+    """The residuals at some numbers.
+
+    Attributes
+    ----------
+    z : (m,) array, the numbers as the optimiser sees them
+    loads : computed loads at the measured rows of each scene, N
+    residuals : (p,) array over the pieces of all scenes, over the largest measured load
+    rows : of each scene
+    slopes : derivatives of the loads of some scenes in the scaled numbers, by the index of the scene, as far as asked for
+    """
+
+    z: Array
+    loads: list[Array]
+    residuals: Array
+    rows: list[Rows]
+    slopes: dict[int, Array] = field(default_factory=dict)
+
+
+@dataclass
+class FitProblem:
+    """Scenes, data and varied numbers.
+
+    Attributes
+    ----------
+    rigs : one for each scene
+    data : its measured rows
+    parameters : what is varied
+    loss : "linear", "soft_l1" or "band"
+    stages : of each scene, with the measured places as targets
+    """
+
+    rigs: Sequence[Rig]
+    data: Sequence[Data]
+    parameters: Sequence[Varied]
+    loss: str
+    stages: list[list[Stage]] = field(init=False)
+    _last: Trial | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        self.stages = [stages_at(rig.scene.stages, data) for rig, data in zip(self.rigs, self.data, strict=True)]
+        for rig, stages in zip(self.rigs, self.stages, strict=True):
+            rig.most = max(_LEAST, round(_ITERATIONS * sum(_steps(stage) for stage in stages)))
+
+    @property
+    def start(self) -> Array:
+        """The first numbers, (m,), scaled."""
+        return np.array([each.scaled(each.start) for each in self.parameters])
+
+    def values(self, z: Array, scene: int) -> dict[str, float]:
+        """The numbers of a scene by their keys."""
+        return {each.key: each.value(float(at)) for each, at in zip(self.parameters, z, strict=True) if scene in each.scenes}
+
+    def by_name(self, z: Array) -> dict[str, float]:
+        """All numbers by their names."""
+        return {each.name: each.value(float(at)) for each, at in zip(self.parameters, z, strict=True)}
+
+    def trial(self, z: Array) -> Trial:
+        """The residuals at some numbers.
+
+        Raises
+        ------
+        One of FAILURES
+        """
+        if self._last is not None and np.array_equal(self._last.z, z):
+            return self._last
+        rows = [self._run(i, self.values(z, i)) for i in range(len(self.rigs))]
+        loads = [at_rows(each, data)[0] for each, data in zip(rows, self.data, strict=True)]
+        parts = []
+        for load, data in zip(loads, self.data, strict=True):
+            parts.append(data.gather @ data.gap(load, self.loss)[0])
+            if self.loss == "band":
+                parts.append(data.gather @ data.pull(load))
+        self._last = Trial(z.copy(), loads, np.concatenate(parts), rows)
+        return self._last
+
+    def _run(self, i: int, values: dict[str, float]) -> Rows:
+        """A run of a scene; if its crack snaps under the measured motion, by its opening, which goes on."""
+        try:
+            return self.rigs[i].run(values, self.stages[i])
+        except (NotConverged, TooCostly):
+            furthest = float(self.data[i].x.max())
+            if self.stages[i] == list(self.rigs[i].scene.stages) or self.data[i].against == "opening":
+                raise
+            until = {self.data[i].against: furthest}
+            stage = Stage("opening", [float(each) for each in furthest * _OPENINGS], steps=1, until=until)
+            return self.rigs[i].run(values, [stage])
+
+    def residuals(self, z: Array) -> Array:
+        """The residuals, (p,); NaN if there is no run with these numbers, which the optimiser takes for a step too far."""
+        try:
+            return self.trial(z).residuals
+        except FAILURES:
+            return np.full(self.count, np.nan)
+
+    @property
+    def count(self) -> int:
+        """Number of the residuals."""
+        return sum(int(data.gather.shape[0]) for data in self.data) * (2 if self.loss == "band" else 1)
+
+    def jacobian(self, z: Array) -> Array:
+        """Derivatives of the residuals in the scaled numbers, (p, m)."""
+        trial = self.trial(z)
+        return np.concatenate([self._block(i, trial) for i in range(len(self.rigs))])
+
+    def slopes(self, i: int, trial: Trial) -> Array:
+        """Derivatives of the computed loads of a scene at its measured rows in the scaled numbers, (n, m), N."""
+        if i not in trial.slopes:
+            trial.slopes[i] = self._slopes(i, trial, trial.z)
+        return trial.slopes[i]
+
+    def _slopes(self, i: int, trial: Trial, z: Array) -> Array:
+        rig, data, rows, values = self.rigs[i], self.data[i], trial.rows[i], self.values(z, i)
+        mine = [j for j, each in enumerate(self.parameters) if i in each.scenes]
+        exact = [j for j in mine if rig.is_exact([self.parameters[j].key], rows.stages)]
+        found = np.zeros((len(data.x), len(z)))
+        if exact:
+            keys = [self.parameters[j].key for j in exact]
+            columns = rig.derivatives(rows, values, keys, energies=data.against not in ("load", "opening", "driven"))
+            for j, key in zip(exact, keys, strict=True):
+                found[:, j] = at_rows(rows, data, columns[key])[1]
+        for j in set(mine) - set(exact):
+            key = self.parameters[j].key
+            half = _OF_A_MESH * (abs(values[key]) or 1.0)
+            low, high = (at_rows(rig.run({**values, key: values[key] + by}, self.stages[i]), data)[0] for by in (-half, half))
+            found[:, j] = (high - low) / (2.0 * half)
+        return np.asarray(found * np.array([each.slope(float(at)) for each, at in zip(self.parameters, z, strict=True)]))
+
+    def _block(self, i: int, trial: Trial) -> Array:
+        data, slopes = self.data[i], self.slopes(i, trial) / self.data[i].peak
+        block = data.gather @ (data.gap(trial.loads[i], self.loss)[1][:, None] * slopes)
+        if self.loss == "band":
+            block = np.concatenate([block, data.pull_slope * (data.gather @ slopes)])
+        return np.asarray(block)
+
+
+def _steps(stage: Stage) -> float:
+    """Number of steps of a stage if none is cut."""
+    return sum(stage.count(abs(way)) for way in np.diff([0.0, *stage.targets])) * (2.0 if stage.unload else 1.0)
+
+
+def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:
+    """The stages of a scene with the measured places as targets, if it is loaded once and they can be prescribed.
+
+    Else they stay, and loads between two rows are interpolated, with derivatives to match.
+    """
+    first = stages[0]
+    monotonic = len(stages) == 1 and first.unload is None and np.all(np.diff([0.0, *first.targets]) > 0)
+    if not monotonic or not control_of(data.against).is_motion:
+        return list(stages)
+    targets = data.targets()
+    step = max(targets) / first.count(max(targets)) if first.step is None or first.control != data.against else first.step
+    return [replace(first, control=data.against, to=targets, steps=None, step=step, until=None)]
+
+
+def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) -> tuple[Array, Array]:
+    """Load at the measured rows, (n,), N, and its derivative from those of the history; beyond the end the last one."""
+    x, y = np.r_[0.0, rows.history[data.against]], np.r_[0.0, rows.history["load"]]
+    first = np.flatnonzero(np.diff(np.maximum.accumulate(x), prepend=-np.inf) > 0)
+    x, y = x[first], y[first]
+    i = np.clip(np.searchsorted(x, data.x, side="right") - 1, 0, len(x) - 2)
+    span = x[i + 1] - x[i]
+    t = np.clip((data.x - x[i]) / span, 0.0, 1.0)
+    load = y[i] + t * (y[i + 1] - y[i])
+    if rates is None:
+        return load, load
+    dx, dy = (np.r_[0.0, rates[name]][first] for name in (data.against, "load"))
+    slope = np.where((data.x >= x[0]) & (data.x <= x[-1]), (y[i + 1] - y[i]) / span, 0.0)
+    moved = dx[i] + t * (dx[i + 1] - dx[i])
+    return load, dy[i] + t * (dy[i + 1] - dy[i]) - slope * moved

@@ -1,0 +1,246 @@
+"""A scene that is run again and again with other values: mesh and condensed stiffness are kept for as long as they hold."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..algebra.bordered import Stiffness
+from ..arrays import Array, Index
+from ..errors import SceneError, TooCostly
+from ..law.concrete import Concrete
+from ..law.crack_plane import CrackPlane
+from ..model.model import Model
+from ..model.prepared import Prepared, prepare
+from ..scenes.scene import Scene
+from ..solver.march import March, Step
+from ..solver.problem import Problem
+from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
+from ..solver.stages import Stage
+
+#: relative change of a parameter for the derivative of the law at a fixed state, and for that of a whole run
+_AT_A_STATE, _OF_A_RUN = 1e-6, 1e-4
+
+#: tolerance of the runs that are differenced
+_TIGHT = 1e-10
+
+#: parameters of the material that change more than the law and a factor of the stiffness
+_NOT_OF_THE_LAW = ("material.nu", "material.density")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What a run has recorded.
+
+    Attributes
+    ----------
+    scene : Scene that was run
+    stages : its stages
+    model : Model
+    steps : list of Step
+    history : {column: (n,) array} of what belongs to a state
+    """
+
+    scene: Scene
+    stages: Sequence[Stage]
+    model: Model
+    steps: list[Step]
+    history: dict[str, Array]
+
+
+@dataclass
+class Rig:
+    """Runs a scene with changed values on one mesh.
+
+    The sizes of the mesh and the width of the crack plane are those of the scene as it was given: their defaults follow the
+    material, and would make the response jump.
+
+    Attributes
+    ----------
+    scene : Scene, with sizes and width fixed
+    most : solutions of linear systems that a run may take; None: any number. A crack that snaps takes very many
+    runs, condensations, sensitivities : how often each was done so far
+    """
+
+    scene: Scene
+    most: int | None = None
+    runs: int = field(default=0, init=False)
+    condensations: int = field(default=0, init=False)
+    sensitivities: int = field(default=0, init=False)
+    _prepared: Prepared = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._prepared = self._prepare(self.scene)
+        self.scene = self._prepared.scene
+
+    def _prepare(self, scene: Scene) -> Prepared:
+        self.condensations += 1
+        return prepare(scene)
+
+    def model(self, scene: Scene) -> Model:
+        """The model of a scene that differs from the last one in some values."""
+        try:
+            return self._prepared.model_of(self._prepared.scene_of(scene))
+        except SceneError:  # another mesh or another stiffness
+            self._prepared = self._prepare(scene)
+            return self._prepared.model
+
+    def run(self, values: Mapping[str, float], stages: Sequence[Stage] | None = None, tol: float | None = None) -> Rows:
+        """Run with some values changed.
+
+        Parameters
+        ----------
+        stages : instead of those of the scene.
+        tol : tolerance instead of that of the scene.
+
+        Raises
+        ------
+        SceneError, NotConverged
+        TooCostly
+            If it takes more than `most`.
+        """
+        scene = self.scene.with_(**values)
+        stages = scene.stages if stages is None else stages
+        model = self.model(scene)
+        if tol is not None:
+            model = replace(model, problem=replace(model.problem, tol=tol))
+        problem = model.problem
+        if self.most is not None:
+            problem = replace(problem, stiffness=_Counted(problem.stiffness, self.most))
+        steps = list(March(problem, list(stages), model.record, scene.solver.step_growth))
+        self.runs += 1
+        records = [model.record(step.equilibrium.state) for step in steps]
+        names = records[0] if records else ()
+        return Rows(scene, stages, model, steps, {name: np.array([r[name] for r in records]) for name in names})
+
+    def is_exact(self, keys: Sequence[str], stages: Sequence[Stage]) -> bool:
+        """Whether the steps of these stages can be differentiated in some keys."""
+        whole = self.scene.model.kind == "discrete" and self.scene.solver.condensation != "petsc"
+        plain = all(is_differentiated(stage.control) and not stage.redirects for stage in stages)
+        return whole and plain and all(_is_of_law(key) or _is_of_spring(key) for key in keys)
+
+    def derivatives(
+        self, rows: Rows, values: Mapping[str, float], keys: Sequence[str], energies: bool = True
+    ) -> dict[str, dict[str, Array]]:
+        """Derivatives of all columns of a run in some keys, {key: {column: (n,) array}}, see `is_exact`."""
+        parameters, halves = [], []
+        for key in keys:
+            value = value_of(rows.scene, key)
+            half = _AT_A_STATE * (abs(value) or 1.0)
+            below, above = (self._changed(rows, values, key, value + by) for by in (-half, half))
+            parameters.append(Parameter(below, above, half, key == "material.E" or not _is_of_law(key)))
+            halves.append(half)
+        rates = Sensitivity(rows.model.problem, rows.steps, parameters).rates(energies)
+        self.sensitivities += 1
+        found = {}
+        states = [step.equilibrium.state for step in rows.steps]
+        for key, half, rate in zip(keys, halves, rates, strict=True):
+            far = [rows.model.record(moved(state, each, half)) for state, each in zip(states, rate, strict=True)]
+            found[key] = {
+                name: (np.array([record[name] for record in far]) - column) / half for name, column in rows.history.items()
+            }
+        return found
+
+    def _changed(self, rows: Rows, values: Mapping[str, float], key: str, value: float) -> Problem:
+        """The problem of a run with another number; one of the law needs no scene, and no model."""
+        problem = rows.model.problem
+        if not _is_of_law(key) or (key == "material.E" and rows.scene.specimen.regions()):
+            changed = self.model(self.scene.with_(**{**values, key: value})).problem
+            return replace(changed, tol=problem.tol)
+        own = rows.scene.material
+        material, law = _with_number(own, key, value), problem.point_law
+        point_law = replace(law, plane=CrackPlane(material, law.plane.width))  # type: ignore[type-var, attr-defined]
+        stiffness = problem.stiffness if material.E == own.E else problem.stiffness.scaled(material.E / own.E)
+        return replace(problem, point_law=point_law, stiffness=stiffness)
+
+    def differences(
+        self, values: Mapping[str, float], keys: Sequence[str], stages: Sequence[Stage], targets: Callable[[Rows], Index]
+    ) -> dict[str, dict[str, Array]]:
+        """Central differences of whole runs at the rows of given targets, {key: {column: (k,) array}}."""
+        found = {}
+        for key in keys:
+            value = value_of(self.scene.with_(**values), key)
+            half = _OF_A_RUN * (abs(value) or 1.0)
+            below, above = (
+                self.run({**values, key: value + by}, stages, tol=min(_TIGHT, self.scene.solver.tol)) for by in (-half, half)
+            )
+            at = [targets(rows) for rows in (below, above)]
+            k = min(len(rows) for rows in at)
+            found[key] = {
+                name: (above.history[name][at[1][:k]] - below.history[name][at[0][:k]]) / (2.0 * half)
+                for name in above.history
+            }
+        return found
+
+
+class _Counted:
+    """A stiffness that solves so many systems and no more; in all else it is the one it is made of."""
+
+    def __init__(self, stiffness: Stiffness, most: int) -> None:
+        self._stiffness, self._most, self._count = stiffness, most, 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stiffness, name)
+
+    @property
+    def scale(self) -> float:
+        return self._stiffness.scale
+
+    def apply(self, v: Array) -> Array:
+        return self._stiffness.apply(v)
+
+    def solve(self, *system: Any) -> Array:
+        self._count += 1
+        if self._count > self._most:
+            raise TooCostly(f"more than {self._most} iterations: the crack snaps, or other steps are needed")
+        return self._stiffness.solve(*system)
+
+
+def _with_number(material: Concrete, key: str, value: float) -> Concrete:
+    """A material with another number under a dotted key."""
+    _, name, *path = key.split(".")
+    if not path:
+        changed: dict[str, Any] = {name: value}
+        return replace(material, **changed)
+    whole = place = copy.deepcopy(getattr(material, name))
+    if isinstance(whole, tuple):
+        whole = place = list(whole)
+    *path, last = path
+    for part in path:
+        place = place[int(part)] if isinstance(place, list) else place[part]
+    place[int(last) if isinstance(place, list) else last] = value
+    return replace(material, **{name: whole})
+
+
+def _is_of_law(key: str) -> bool:
+    return key.startswith("material.") and key not in _NOT_OF_THE_LAW
+
+
+def _is_of_spring(key: str) -> bool:
+    return key.startswith("specimen.") and key.endswith("stiffness")
+
+
+def value_of(scene: Scene, key: str) -> float:
+    """The number that a scene has for a dotted key.
+
+    Raises
+    ------
+    SceneError
+        If there is none.
+    """
+    place: Any = scene.data
+    for part in key.split("."):
+        try:
+            place = place[int(part)] if isinstance(place, list) else place[part]
+        except (KeyError, IndexError, ValueError, TypeError):
+            place = None
+            break
+    if place is None and key.startswith("material.") and key.count(".") == 1:  # a default, or one of a preset
+        place = getattr(scene.material, key.split(".")[1], None)
+    if isinstance(place, bool) or not isinstance(place, (int, float)):
+        raise SceneError(f"{key}: the scene has no number there; expected a key with a number as its start", key)
+    return float(place)

@@ -1,0 +1,167 @@
+"""Fits of measured curves."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cohesive import Scene, SceneError, fit
+from cohesive.arrays import Array
+from cohesive.scenes.measured import Measured
+from cohesive.studies.curve_choice import fit_curves
+from cohesive.studies.export import EXPORTS, exported, points
+from cohesive.studies.fit_data import Data, effective_count
+from cohesive.studies.rig import Rig
+
+TRUTH = {"material.E": 30e3, "material.ft": 3.0, "material.Gf": 0.1}
+VARY = {"material.E": (15e3, 60e3), "material.ft": (1.0, 8.0), "material.Gf": (0.03, 0.4)}
+
+
+def beam(**changes: Any) -> Scene:
+    data = {
+        "title": "beam",
+        "specimen": {
+            "kind": "notched-beam", "length": 175.0, "span": 150.0, "depth": 50.0, "thickness": 50.0, "notch": 15.0,
+            "gauge": 20.0,
+        },
+        "mesh": {"crack_size": 5.0, "far_size": 15.0, "shape": "quad"},
+        "interface": {"width": 0.2},
+        "material": {"E": 30e3, "nu": 0.2, "ft": 3.0, "Gf": 0.1, "softening": "hordijk"},
+        "stage": [{"control": "opening", "to": 0.15, "steps": 12}],
+    }  # fmt: skip
+    return Scene(data).with_(**changes)
+
+
+def measured(noise: float = 0.0, rows: int = 24, **changes: Any) -> tuple[Array, Array]:
+    """Opening and load of a beam, with noise as a part of the peak."""
+    run = Rig(beam(**{"stage.0.steps": rows} | changes)).run({})
+    x, y = run.history["opening"], run.history["load"]
+    return x, y + noise * y.max() * np.random.default_rng(3).normal(size=len(y))
+
+
+OFF = {"material.E": 45e3, "material.ft": 1.5, "material.Gf": 0.15}
+
+
+def test_the_truth_is_recovered_from_a_start_off_by_half() -> None:
+    found = fit(beam(**OFF), VARY, reference=measured())
+    for key, value in TRUTH.items():  # a thousandth: the steps of a fit end at 1e-4 of the scaled numbers
+        assert found.values[key] == pytest.approx(value, rel=1e-3)
+    assert found.rms < 1e-4
+    assert found.condensations == 1
+    assert found.runs + 0.3 * found.sensitivities <= 12  # runs' worth of work, derivatives in 3 numbers cost .2 to .3 of a run
+    assert Scene({**beam().data, "material": {**beam().data["material"], "ft": 2.9}}).material.ft == 2.9
+    assert "ft = " in found.scene
+
+
+def test_intervals_of_noisy_data_hold_the_truth_and_files_are_written(tmp_path: Path) -> None:
+    two = {key: VARY[key] for key in ("material.ft", "material.Gf")}
+    found = fit(beam(**OFF | {"material.E": 30e3}), two, reference=measured(noise=0.02), profile=True)
+    assert found.interval_kind == "profile"
+    for key in two:
+        value = TRUTH[key]
+        low, high = found.intervals[key]
+        assert low < value < high < 2.0 * value
+    found.save(tmp_path)
+    facts = json.loads((tmp_path / "fit.json").read_text())
+    assert facts["values"] == pytest.approx(found.values)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"fit.png", "fit.csv", "scene.toml", "softening-abaqus.inp", "softening-diana.dat", "softening-atena.txt"} <= names
+
+
+def test_two_depths_share_numbers_and_have_their_own() -> None:
+    deep = {"specimen.depth": 80.0, "specimen.notch": 24.0, "specimen.length": 265.0, "specimen.span": 240.0}
+    data = [measured(), measured(**deep, **{"material.E": 33e3})]
+    found = fit([beam(**OFF), beam(**OFF | deep)], VARY, reference=data, own=["material.E"])
+    assert found.values["material.E@1"] == pytest.approx(30e3, rel=5e-3)
+    assert found.values["material.E@2"] == pytest.approx(33e3, rel=5e-3)
+    assert found.values["material.Gf"] == pytest.approx(0.1, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_a_band_ends_in_the_feasible_set() -> None:
+    x, y = measured(rows=10)
+    band = Measured("band", x, 0.93 * y, 1.07 * y, True)
+    found = fit(
+        beam(**{"material.ft": 1.5, "material.Gf": 0.15}), {k: VARY[k] for k in OFF if k != "material.E"}, reference=band
+    )
+    assert found.interval_kind == "feasible"
+    assert found.problem.data[0].inside(found.trial.loads[0]) == 10
+    low, high = found.intervals["material.Gf"]
+    assert low < 0.1 < high
+
+
+@pytest.mark.parametrize("key", ["material.c_zn", "material.c1", "material.r_sigma", "material.m_g"])
+def test_what_the_test_does_not_see_is_refused(key: str) -> None:
+    start = {"c_zn": 9.0, "c1": 5.0, "r_sigma": 1.25, "m_g": 0.425}[key.split(".")[1]]
+    with pytest.raises(SceneError, match=f"{key}: the test does not see it"):
+        fit(beam(), {"material.Gf": (0.03, 0.4), key: (0.9 * start, 1.5 * start)}, reference=measured())
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda x, y: (x, 1e-3 * y), "expected loads in N"),
+        (lambda x, y: (x, 0.0 * y + 5.0), "does not change"),
+        (lambda x, y: (x[:2], y[:2]), "expected a curve of at least 3"),
+    ],
+)
+def test_bad_curves_are_refused(change: Any, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        fit(beam(), VARY, reference=change(*measured()))
+
+
+def test_a_curve_that_stops_before_the_peak_gives_wide_intervals() -> None:
+    x, y = measured(noise=0.01)
+    before = slice(0, int(y.argmax()))
+    x, y = np.linspace(0.0005, x[before][-1], 8), np.interp(np.linspace(0.0005, x[before][-1], 8), np.r_[0, x], np.r_[0, y])
+    found = fit(beam(), VARY, reference=(x, y))
+    low, high = found.intervals["material.Gf"]
+    assert high / low > 2.0
+
+
+@pytest.mark.slow
+def test_rows_of_a_logger_do_not_narrow_intervals() -> None:
+    """Correlated residuals: every tenth of 3,000 rows gives intervals within a fifth."""
+    x, y = measured(rows=40)
+    dense = np.linspace(0.002, x[-1], 3000)
+    wave = 0.01 * y.max() * np.sin(40.0 * dense / x[-1])
+    load = np.interp(dense, np.r_[0.0, x], np.r_[0.0, y]) + wave
+    whole, tenth = (fit(beam(**OFF), VARY, reference=(dense[::n], load[::n]), check=False) for n in (1, 10))
+    for key in VARY:
+        wide, narrow = (float(np.diff(each.intervals[key])[0]) for each in (whole, tenth))
+        assert 1 / 1.2 < wide / narrow < 1.2
+
+
+def test_the_right_curve_is_chosen() -> None:
+    choice = fit_curves(beam(), VARY, ["exponential", "hordijk"], reference=measured(noise=0.003), check=False)
+    assert choice.best == "hordijk"
+    with pytest.raises(SceneError, match="points:N"):
+        fit_curves(beam(), VARY, ["bezier"], reference=measured())
+
+
+def test_effective_count() -> None:
+    white = np.random.default_rng(0).normal(size=1000)
+    assert effective_count([white]) > 700
+    assert effective_count([np.repeat(white[:100], 10)]) == pytest.approx(100, rel=0.5)  # each ten times
+
+
+def test_pieces_are_equally_long() -> None:
+    x = np.linspace(0.001, 1.0, 1000)
+    from cohesive.scenes.measured import Reference
+
+    data = Data.from_reference(Reference("m", "opening", (Measured.from_curve(x, x),)), "arc")
+    assert data.gather.shape == (100, 1000)
+    assert np.allclose(data.gather @ np.ones(1000), 1.0)
+
+
+@pytest.mark.parametrize("softening", ["exponential", "hordijk", {"kink": [0.8, 0.3]}])
+def test_exported_points_keep_the_energy(softening: Any) -> None:
+    material = beam(**{"material.softening": softening}).material
+    w, stress = points(material)
+    assert 0.5 * (stress[1:] + stress[:-1]) @ np.diff(w) == pytest.approx(0.1, rel=0.01)
+    for name in EXPORTS:
+        assert exported(name, material).count("\n") > 5
