@@ -11,7 +11,7 @@ from importlib import metadata
 from meshing.errors import MeshError
 
 from ..errors import SceneError
-from . import compare, keys, law, run, scenes, sweep, trade
+from . import compare, keys, law, run, scenes, show, sweep, trade
 from .common import BAD_INPUT, INTERRUPTED, gather_ranks
 
 
@@ -36,6 +36,6 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete and smeared.")
     parser.add_argument("--version", action="version", version=f"cohesive-cracks {metadata.version('cohesive-cracks')}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, compare, trade, sweep, law, scenes, keys):
+    for command in (run, show, compare, trade, sweep, law, scenes, keys):
         command.add_parser(commands)
     return parser
