@@ -5,11 +5,16 @@ import os
 import signal
 import sys
 import time
-from contextlib import redirect_stderr, redirect_stdout
-from io import StringIO
-from types import FrameType
 
-from .algebra.petsc.ranks import rank_and_size
+
+def _leave(*_: object) -> None:
+    """End at once: while modules are loaded there is nothing to save, and an exception could end in any of them."""
+    os.write(2, b"cohesive: interrupted\n")
+    os._exit(130)
+
+
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, _leave)  # until `main` can tell; so nothing else is imported before
 
 #: seconds after which a process tells of an error that rank 0 has not told by then
 _PATIENCE = 5.0
@@ -21,11 +26,13 @@ def main() -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # imports make many objects and no garbage: looking for it takes a tenth of a short run
     gc.set_threshold(50_000)
+    from .algebra.petsc.ranks import rank_and_size
+
     if number := rank_and_size()[0]:
         return _other_rank(number)
     terminated = False
 
-    def terminate(number: int, frame: FrameType | None) -> None:
+    def terminate(number: int, frame: object) -> None:
         nonlocal terminated
         terminated = True
         signal.signal(signal.SIGTERM, signal.SIG_IGN)  # some send it twice; what is there is being saved
@@ -35,6 +42,8 @@ def main() -> int:
     try:
         from .commands.command_line import main as command_line
 
+        if signal.getsignal(signal.SIGINT) is _leave:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         status = command_line()
     except KeyboardInterrupt as error:
         print(f"cohesive: {str(error) or 'interrupted'}", file=sys.stderr)
@@ -45,6 +54,9 @@ def main() -> int:
 
 def _other_rank(number: int) -> int:
     """Another rank under mpiexec. Rank 0 tells the errors that all find, and its end ends all."""
+    from contextlib import redirect_stderr, redirect_stdout
+    from io import StringIO
+
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, signal.SIG_IGN)
     with redirect_stdout(StringIO()), redirect_stderr(StringIO()) as said:

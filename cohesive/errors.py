@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from meshing.errors import one_line
+
 
 class SceneError(ValueError):
     """A scene that cannot be used; the message names the key, its value and what was expected.
@@ -20,7 +22,7 @@ class SceneError(ValueError):
     finished: Sequence[object] = ()
 
     def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(message)
+        super().__init__(one_line(message))
         self.key = key
 
 

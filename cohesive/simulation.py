@@ -16,6 +16,7 @@ from .model.model import Model
 from .model.prepared import Prepared
 from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
+from .results.locking import held
 from .results.notebook import notebook_progress
 from .results.record import Record
 from .results.result import Result
@@ -123,7 +124,7 @@ def _march(
         writer.write(row)
 
     try:
-        with HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with held(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
             for row, _ in done:
                 writer.write(row)
             built = replace(built, problem=under_dead_loads(built.problem))

@@ -1,4 +1,5 @@
-"""What the parts of an analysis cost, as ratios in one run: `python -m examples.benchmark [--large] [--million] [--command]`.
+"""What the parts of an analysis cost, as ratios in one run: `python -m examples.benchmark [--large]`, or with
+one of --million, --meshing, --command.
 
 Every scene is the notched beam with other element sizes, and each is measured in a process of its own, so that its peak
 memory is its own. "elastic solve" is one factorization and solve of the whole by SuperLU with its minimum degree ordering,
@@ -20,6 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,6 +31,8 @@ from cohesive import Concrete, CrackPlane, Scene
 from cohesive.algebra.bordered import SparseStiffness
 from cohesive.model.build import build
 from cohesive.solver.march import March
+from meshing import PlaneSpecimen, refinement
+from meshing.polygon import mesh_face
 
 #: crack_size, far_size, shape, order, model
 Size = tuple[float, float, str, int, str]
@@ -327,6 +331,27 @@ def million() -> dict[str, dict[str, Row]]:
     return {"million": table(title, columns, {"T3 1e6": [r[column] for column in columns]})}
 
 
+def meshing(sizes: Mapping[str, Size] = SIZES) -> dict[str, dict[str, Row]]:
+    """Plane meshes by gmsh alone over those whose cells are divided: print nodes and seconds of the processor, return them."""
+    rows = {}
+    for name, size in sizes.items():
+        scene = Scene.load("notched-beam").with_(**changes(size))
+        assert isinstance(scene.specimen, PlaneSpecimen)
+        assert scene.sizes is not None
+        outline = scene.specimen.outline()
+        row: list[float] = []
+        if not refinement.halvings(outline, scene.sizes):
+            continue
+        for up_to in (10**9, refinement.WHOLE_UP_TO):
+            with mock.patch.object(refinement, "WHOLE_UP_TO", up_to):
+                clock = time.process_time()
+                nodes = len(mesh_face(outline, scene.sizes, conforming=True).points)
+                row += [nodes, time.process_time() - clock]
+        rows[name] = [*row, row[3] / row[1]]
+    columns = ("nodes", "seconds", "divided: nodes", "seconds", "ratio")
+    return {"meshing": table("Meshes by gmsh, and from coarser ones by division", columns, rows)}
+
+
 def split() -> dict[str, dict[str, Row]]:
     """Where the seconds of the command go: print them for two sizes of the beam, and return them."""
     columns = {"as it is": command(None), "1e5 unknowns": command(SIZES["T3 1e5"], 2)}
@@ -338,11 +363,14 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--large", action="store_true", help="also 1e5 unknowns with other elements and with the band")
     parser.add_argument("--million", action="store_true", help="only one run with 1e6 unknowns: a minute or two, 7 GB")
+    parser.add_argument("--meshing", action="store_true", help="only meshes with and without division, to 1e6 unknowns")
     parser.add_argument("--command", action="store_true", help="only where the seconds of the command go")
     options = parser.parse_args()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command does
     if options.million:
         million()
+    elif options.meshing:
+        meshing({"T3 1e5": SIZES["T3 1e5"], "Q4 1e5": LARGE["Q4 1e5"], "T6 1e5": LARGE["T6 1e5"], "T3 1e6": MILLION})
     elif options.command:
         split()
     else:

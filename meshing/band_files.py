@@ -12,13 +12,18 @@ from numpy.typing import ArrayLike
 from .arrays import Array, Index
 from .cells import BULK_2D, BULK_3D, CELLS
 from .errors import MeshError
-from .files import cell_members, checked, is_solid, listed, load, named_sets, region_numbers
+from .files import Crack, cell_members, checked, crack_facets, is_solid, listed, load, named_sets, region_numbers
+from .insertion import insert_cracks
 from .paths import SLACK
 from .stars import Blocks, bulk_cells
 
 
 def read_band_mesh(
-    path: str | Path, cells: str | None = None, along: ArrayLike | None = None, regions: Sequence[str] = ()
+    path: str | Path,
+    cells: str | None = None,
+    along: ArrayLike | None = None,
+    regions: Sequence[str] = (),
+    crack: Crack | None = None,
 ) -> meshio.Mesh:
     """Read a mesh in any format that meshio knows, some of whose elements form the crack band.
 
@@ -30,10 +35,11 @@ def read_band_mesh(
     Parameters
     ----------
     path : file as `read_mesh` takes it.
-    cells : name of the set of elements that form the band; None: all of them are the body, which may crack anywhere.
+    cells : name of the set of elements that form the band; None: those beside the crack, or all, which may crack anywhere.
     along : (2,) direction of the crack path, of any length. A row runs from end to end so that (end - start) . along > 0;
         without it, or across it, from the end with the smaller x, then y.
     regions : names of sets of elements that never crack, see `meshing.files.region_numbers`.
+    crack : without `cells`, the crack as `read_mesh` takes it; the elements on its plus side that touch it form the band.
 
     Returns
     -------
@@ -53,24 +59,31 @@ def read_band_mesh(
     """
     path, nothing = Path(path), np.empty(0, dtype=np.int64)
     mesh = load(path)
-    _, sets = named_sets(mesh)
+    facets, sets = named_sets(mesh)
     members, known = cell_members(mesh), BULK_3D if is_solid(mesh) else BULK_2D
     if cells is not None and cells not in members:
         able = [
             name for name, at in members.items() if any(len(i) for b, i in zip(mesh.cells, at, strict=True) if b.type in known)
         ]
         raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {listed(able)}", "band")
-    clean, _, kept = checked(path, mesh, sets)
+    clean, index, kept = checked(path, mesh, sets)
     numbers = region_numbers(mesh, kept, regions)
+    is_banded = cells is not None or crack is not None
     if cells is not None:
         inside = [members[cells][i] for i in kept]
+    elif crack is not None:
+        inside = _beside(clean, crack_facets(clean, crack, facets, index, sets))
+        clean.info["remarks"].append(
+            f"the crack band is the {sum(map(len, inside))} elements beside the crack on its plus side; "
+            "specimen.band names others"
+        )
     else:
         inside = [np.flatnonzero(own == 0) if regions else nothing for own in numbers]
     bulk, band = _parted(bulk_cells(clean), inside)
     if cells is not None and not band:
         raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(known)}; expected some", "band")
-    rows = None
-    if cells is not None:
+    rows, info = None, clean.info
+    if is_banded:
         rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
     if rows is not None:
         clean, bulk, band = _with_rows(clean, bulk, rows)
@@ -85,7 +98,18 @@ def read_band_mesh(
         point_sets=clean.point_sets,
         cell_sets=cell_sets,
         cell_data={"region": _outside(numbers, regions, inside, band)} if regions else None,
+        info=info,
     )
+
+
+def _beside(clean: meshio.Mesh, cut: Index) -> list[Index]:
+    """Elements of each block that touch a crack from its plus side, where it parts the body."""
+    split = insert_cracks(clean, cut)
+    crack = split.cells[-1]
+    side = len(CELLS[split.cells[0].type].facets[0])
+    is_minus = np.array(CELLS[crack.type].crack_columns) < side
+    plus = np.setdiff1d(crack.data[:, ~is_minus], crack.data[:, is_minus])
+    return [np.flatnonzero(np.isin(block.data, plus).any(axis=1)) for block in split.cells[:-1]]
 
 
 def _outside(numbers: Sequence[Index], regions: Sequence[str], inside: Sequence[Index], band: Blocks) -> list[Index]:

@@ -1,5 +1,23 @@
 """The one error of this package."""
 
+from __future__ import annotations
+
+import re
+
+#: longer words and messages are cut: a name of thousands of characters says no more than its ends
+_LONGEST_WORD, _LONGEST_TEXT = 200, 2000
+
+
+def one_line(message: str) -> str:
+    """A message in one line that a reader can take in: words and texts that are too long lose their middles."""
+    message = message.replace("\n", "\\n").replace("\r", "\\r")
+    message = re.sub(rf"\S{{{_LONGEST_WORD + 1},}}", lambda word: _cut(word[0], _LONGEST_WORD), message)
+    return _cut(message, _LONGEST_TEXT)
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most // 2]}...{text[-most // 4 :]}"
+
 
 class MeshError(ValueError):
     """A geometry or mesh that cannot be used; the message names the entity, the value and what was expected.
@@ -11,5 +29,5 @@ class MeshError(ValueError):
     """
 
     def __init__(self, message: str, key: str = "") -> None:
-        super().__init__(message)
+        super().__init__(one_line(message))
         self.key = key

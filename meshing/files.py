@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import os
+import sys
 from collections.abc import Iterable, Sequence
-from contextlib import redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import meshio
@@ -12,14 +14,17 @@ import numpy as np
 
 from .arrays import Index
 from .cells import BULK_2D, BULK_3D, CELLS, counter_clockwise
+from .defects import check_elements
 from .errors import MeshError
 from .insertion import insert_cracks
 from .orientation import chained, flipped
 from .paths import Line, as_text, edges_on_path
 from .stars import Blocks, Star, bulk_cells
 
+Crack = str | Sequence[str] | Sequence[Line]
 
-def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], regions: Sequence[str] = ()) -> meshio.Mesh:
+
+def read_mesh(path: str | Path, crack: Crack, regions: Sequence[str] = ()) -> meshio.Mesh:
     """Read a mesh in any format that meshio knows and insert its crack.
 
     Parameters
@@ -38,6 +43,7 @@ def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], reg
     meshio.Mesh
         As `insert_cracks` gives it. Its point sets are the file's point sets and the nodes of its cell sets
         (gmsh's physical groups included). With regions, `cell_data["region"]`: 0, or 1 + the index of a cell's region.
+        `info["remarks"]`: sentences on what is odd about the file.
 
     Raises
     ------
@@ -49,18 +55,29 @@ def read_mesh(path: str | Path, crack: str | Sequence[str] | Sequence[Line], reg
     mesh = load(path)
     cells, sets = named_sets(mesh)
     clean, index, kept = checked(path, mesh, sets)
-    names = [crack] if isinstance(crack, str) else [name for name in crack if isinstance(name, str)]
-    if names:
-        cut = np.concatenate([_facets_of_set(name, clean, cells.get(name, []), index, sets) for name in names])
-    elif is_solid(mesh):
-        raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
-    else:
-        cut = edges_on_path(clean, "crack", crack)  # type: ignore[arg-type]  # polylines
-    found = insert_cracks(clean, cut)
+    found = insert_cracks(clean, crack_facets(clean, crack, cells, index, sets))
+    found.info = clean.info
     if regions:
         numbers = region_numbers(mesh, kept, regions)
         found.cell_data["region"] = [*numbers, np.zeros(len(found.cells[-1]), dtype=np.int64)]
     return found
+
+
+def crack_facets(
+    clean: meshio.Mesh, crack: Crack, cells: dict[str, list[Index]], index: Index, sets: dict[str, Index]
+) -> Index:
+    """Edges or faces of the crack of a file, corners (n, k) in the numbers of the mesh `clean`, see `checked` and `read_mesh`.
+
+    Parameters
+    ----------
+    cells, sets : of the file, see `named_sets`.
+    """
+    names = [crack] if isinstance(crack, str) else [name for name in crack if isinstance(name, str)]
+    if names:
+        return np.concatenate([_facets_of_set(name, clean, cells.get(name, []), index, sets) for name in names])
+    if is_solid(clean):
+        raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
+    return edges_on_path(clean, "crack", crack)  # type: ignore[arg-type]  # polylines
 
 
 def _facets_of_set(name: str, clean: meshio.Mesh, cells: list[Index], index: Index, sets: dict[str, Index]) -> Index:
@@ -100,18 +117,22 @@ def region_numbers(mesh: meshio.Mesh, kept: Sequence[int], regions: Sequence[str
 
 def load(path: Path) -> meshio.Mesh:
     """The file as it is, its coordinates checked; (m, 2) unless it has 3D cells."""
-    if not path.is_file():
+    if not os.path.isfile(path):
+        if os.path.exists(path) and not os.path.isdir(path):
+            raise MeshError(f"file = '{path}': it is a pipe or a device; expected a file", "file")
         raise MeshError(f"file = '{path}': there is no such file", "file")
-    said = io.StringIO()  # meshio prints why a reader does not take the file, a blank line for a gmsh file
+    said = io.StringIO()  # meshio prints why a reader does not take the file, and a blank line for a gmsh file
     try:
-        with redirect_stdout(said):
+        with redirect_stdout(said), redirect_stderr(said):
             mesh = meshio.read(path)
     except SystemExit:  # meshio's way to say that no reader accepts the file
-        if said.getvalue().strip():
-            print(said.getvalue().strip())
         raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads", "file") from None
     except Exception as error:
-        raise MeshError(f"file = '{path}': meshio cannot read it: {error or type(error).__name__}", "file") from None
+        why = f"{type(error).__name__} {error}".strip()
+        raise MeshError(f"file = '{path}': meshio cannot read it: {why}", "file") from None
+    if remark := said.getvalue().strip():
+        print(remark, file=sys.stderr)
+    _check_numbers(path, mesh)
     points = np.asarray(mesh.points, dtype=float)
     if not np.isfinite(points).all():
         raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite", "file")
@@ -124,6 +145,23 @@ def load(path: Path) -> meshio.Mesh:
         )
     mesh.points = points[:, :2]
     return mesh
+
+
+def _check_numbers(path: Path, mesh: meshio.Mesh) -> None:
+    """Refuse cells and sets that name what is not there; MeshError."""
+    n = len(mesh.points)
+    named = [("its cells name", np.ravel(block.data)) for block in mesh.cells if block.data.dtype.kind in "iu"]
+    named += [(f"set '{name}' names", np.asarray(nodes, dtype=np.int64)) for name, nodes in mesh.point_sets.items()]
+    for what, nodes in named:
+        if len(bad := nodes[(nodes < 0) | (nodes >= n)]):
+            raise MeshError(f"file = '{path}': {what} node {bad[0]} of {n}, counted from 0", "file")
+    for name, members in (mesh.cell_sets or {}).items():
+        for block, at in zip(mesh.cells, () if name.startswith("gmsh:") else members, strict=False):
+            cells = np.asarray([] if at is None else at, dtype=np.int64)
+            if len(bad := cells[(cells < 0) | (cells >= len(block))]):
+                raise MeshError(
+                    f"file = '{path}': set '{name}' names {block.type} {bad[0]} of {len(block)}, counted from 0", "file"
+                )
 
 
 def is_solid(mesh: meshio.Mesh) -> bool:
@@ -147,7 +185,7 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
     Raises
     ------
     MeshError
-        If there are none, or other 3D cells, or some are inverted or flat.
+        If there are none, or other 3D cells, or some are inverted or flat; see also `defects.check_elements`.
     """
     points, solid = mesh.points, is_solid(mesh)
     kept = [i for i, block in enumerate(mesh.cells) if block.type in (BULK_3D if solid else BULK_2D)]
@@ -170,6 +208,12 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
         [(kind, index[cells]) for kind, cells in blocks],
         point_sets={name: index[nodes][index[nodes] >= 0] for name, nodes in sets.items()},
     )
+    remarks = check_elements(str(path), clean.points, bulk_cells(clean))
+    if lost := len(points) - len(used):
+        named = [name for name, nodes in sets.items() if (index[nodes] < 0).any()]
+        of_sets = f", some of them of the set {listed(named)}" if named else ""
+        remarks.append(f"{lost} nodes of the file belong to no element and are left out{of_sets}")
+    clean.info = {"remarks": remarks}
     return clean, index, kept
 
 

@@ -15,7 +15,7 @@ from .outline import Outline
 from .sizes import GROWTH, MeshSizes
 
 #: a mesh with more nodes is made with twice the element size and halved once, with more than twice as many halved twice
-_WHOLE_UP_TO = 20_000
+WHOLE_UP_TO = 20_000
 
 #: each segment of the crack path has at least so many elements before they are halved
 _LEAST_ON_SEGMENT = 2
@@ -37,7 +37,7 @@ def halvings(outline: Outline, sizes: MeshSizes) -> int:
     around = 2.0 * sum(lengths) / GROWTH * (1 / sizes.crack_size - 1 / sizes.far_size)  # elements that grow from the path
     nodes = 1.15 * (outline.area / sizes.far_size**2 + around)  # 2 / 3**0.5: of equilateral triangles
     on_segment = min(lengths, default=math.inf) / sizes.crack_size
-    wanted = sum(nodes > times * _WHOLE_UP_TO for times in (1, 2))
+    wanted = sum(nodes > times * WHOLE_UP_TO for times in (1, 2))
     return max(n for n in range(wanted + 1) if n == 0 or on_segment >= 2**n * _LEAST_ON_SEGMENT)
 
 

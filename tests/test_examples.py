@@ -13,6 +13,7 @@ from examples import (
     benchmark,
     benchmark_solid,
     crack_that_bends,
+    found_path,
     laboratory,
     law_at_a_point,
     measured_deflection,
@@ -146,6 +147,16 @@ def test_crack_that_bends(tmp_path: Path) -> None:
         np.testing.assert_allclose((crack.sliding / np.maximum(crack.opening, 1e-9))[wide], crack.kinematic[wide], atol=0.04)
         assert crack.balance < 5e-3
     assert is_drawn(tmp_path / "bent.png")
+
+
+@pytest.mark.slow
+def test_found_path(tmp_path: Path) -> None:
+    found = found_path.main(size=2.0, plot=tmp_path / "found.png")
+    assert found.found < 0.98 * found.straight < 0.98 * found.smeared
+    assert found.path[0, 0] - found.path[-1, 0] > 5.0  # towards the load
+    left, right = (np.interp(30.0, line[:, 1], line[:, 0]) for line in found.pair)
+    assert -10.0 < left < 0.0 < right < 10.0
+    assert is_drawn(tmp_path / "found.png")
 
 
 def test_accuracy(tmp_path: Path) -> None:

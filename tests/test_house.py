@@ -43,7 +43,7 @@ SEES_GEOMETRY = {"results", "studies", "growth"}
 MAX_FUNCTION, MAX_FILE = 60, 400
 
 #: private names of other packages that have no public one
-OTHERS = {"meshio._mesh"}
+OTHERS = {"meshio._mesh", "os._exit"}
 
 
 @dataclass(frozen=True)

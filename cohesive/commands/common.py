@@ -60,6 +60,8 @@ def assignments(pairs: Sequence[str]) -> dict[str, Any]:
             result[key.strip()] = tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
             result[key.strip()] = text.strip()
+        except (ValueError, RecursionError) as error:  # thousands of digits or levels
+            raise SceneError(f"--set {pair}: {error}; expected a value that a scene can hold") from None
     return result
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from ..errors import SceneError
 from ..results.checkpoints import NAME as CHECKPOINT
-from ..results.files import FILES, make_folder
+from ..results.files import FILES
+from ..results.locking import held
 from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import resume, run
@@ -42,18 +43,20 @@ def add_parser(commands: Commands) -> None:
 
 def _execute(options: argparse.Namespace) -> int:
     if options.resume is not None:
-        return _finished(options, Path(options.resume), _resumed(options))
+        resumed = _resumed(options)
+        with held(options.resume):
+            return _finished(options, Path(options.resume), resumed)
     scene = load_scene(options)
     if options.model:
         scene = scene.with_(**{"model.kind": options.model})
     folder = Path(options.output or Path(options.scene).stem)
-    make_folder(folder)  # refused now, not after an hour
-    notes = []
-    if options.accuracy is not None:
-        scene, chosen = _accurate(scene, options)
-        notes = [chosen]
-        print(chosen, flush=True)
-    return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene.stages), notes)
+    with held(folder):  # refused now, not after an hour
+        notes = []
+        if options.accuracy is not None:
+            scene, chosen = _accurate(scene, options)
+            notes = [chosen]
+            print(chosen, flush=True)
+        return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene.stages), notes)
 
 
 def _resumed(options: argparse.Namespace) -> Callable[..., Result]:

@@ -28,6 +28,9 @@ _SEGMENT, _RADIUS = 4.0, 3.0
 #: passes over the whole path, and the part of a segment by which the last one may move it, straight ends left out
 _MOST_PASSES, _SETTLED = 6, 0.25
 
+#: turn between two trials for the direction without sliding, radians
+_PROBING = math.radians(10.0)
+
 #: part of a change of direction that a pass makes: the whole of it overshoots, for a crack that is off its way turns back by
 #: about twice the angle between them
 _RELAXATION = 0.5
@@ -112,11 +115,30 @@ class Search:
                 before, others = due.control, other_lines(cracks, i)
                 turn, stress = probe.strongest(due.reading, LARGEST_TURN)
                 if probe.is_clear(due.reading, turn, stress):
+                    if self.options.criterion == "symmetry":
+                        turn = self._without_sliding(cracks, i, turn, before)
                     cracks[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, others)
                 else:
                     cracks[i] = cracks[i].held("the stresses ahead favour no direction", self.segment, self.body, others)
         raise SceneError(f"grow.segment = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones",
                          "grow.segment")  # fmt: skip
+
+    def _without_sliding(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
+        """The turn, radians, with which a crack does not slide at the tip of its next segment: by two trials, the first with
+        the turn that the stress tells, and the line through them."""
+        turns = turn, turn - math.copysign(_PROBING, turn)
+        slides = [self._slide(cracks, i, each, before) for each in turns]
+        slope = (slides[1] - slides[0]) / (turns[1] - turns[0])
+        if not math.isfinite(slope) or slope == 0.0:
+            return turn
+        return float(np.clip(turn - slides[0] / slope, turn - 2 * _PROBING, turn + 2 * _PROBING))
+
+    def _slide(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
+        """Sliding over opening behind the tip of the next segment of a crack, with a turn."""
+        tried = list(cracks)
+        tried[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, other_lines(cracks, i))
+        trial = self._try(trial_lines(tried, self.body), [(tried[i].tip, tried[i].heading)], before)
+        return trial.slides[0] if trial.slides else math.nan
 
     def _stopped(self, cracks: list[Crack], growing: Sequence[int], trial: Trial) -> list[Crack]:
         """All cracks held on their way, for no tip is due any more."""
@@ -140,6 +162,8 @@ class Search:
         for number in count(1):
             tips = [tip for crack in cracks for tip in zip(crack.points[:-1], crack.headings[:-1], strict=True)]
             trial = self._try([list(crack.points) for crack in cracks], tips, whole=True)
+            if self.options.criterion == "symmetry":  # its directions were tried one by one
+                return cracks, trial, number, 0.0
             judged = self._redirected(cracks, trial)
             moved = max(_movement(new, old) for new, old in zip(judged, cracks, strict=True))
             if moved < _SETTLED * self.segment or number == _MOST_PASSES:

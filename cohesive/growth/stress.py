@@ -16,8 +16,8 @@ from meshing.paths import Point
 from ..arrays import Array, Index
 from ..elements.bulk import ELEMENTS, ElasticBlock
 
-#: angles of the rays from the heading of a crack, radians
-RAYS = np.radians(np.arange(-110.0, 110.1, 2.5))
+#: angles of the rays from the heading of a crack, radians; none lies on the path, whose two sides have stresses of their own
+RAYS = np.radians(np.arange(-111.25, 111.3, 2.5))
 
 #: points along a ray
 _ON_RAY = 16
@@ -26,7 +26,7 @@ _ON_RAY = 16
 _SMOOTHING = np.radians(10.0)
 
 #: a direction means nothing if the hoop stress so far off it, radians, is lower by less than this part of it
-_APART, _CONTRAST = np.radians(45.0), 0.05
+_APART, _CONTRAST = np.radians(45.0), 0.08
 
 #: nor if it is farther than this from that across the major principal stress, radians; a singular field makes up to 22 degrees
 _DISPUTED = np.radians(30.0)
@@ -123,12 +123,14 @@ class Probe:
     ----------
     tip : Point
     heading : of the path there, radians
+    radius : length of the rays, mm
     operator : (3 (len(RAYS) + 1), d m) matrix: displacements to the stresses of a `Reading`
     inside : (len(RAYS),) part of each ray that lies within the body
     """
 
     tip: Point
     heading: float
+    radius: float
     operator: sp.csr_array
     inside: Array
 
@@ -152,7 +154,7 @@ class Probe:
             mean[i, i * _ON_RAY : (i + 1) * _ON_RAY] = row / max(whole, 1e-300)
         mean[-1] = (ahead / max(float(ahead.sum()), 1e-300)).ravel()
         operator = sp.vstack([sp.csr_array(mean) @ points @ part for part in stress.operator]).tocsr()
-        return cls(tip, heading, operator, inside.reshape(len(RAYS), -1).mean(axis=1))
+        return cls(tip, heading, radius, operator, inside.reshape(len(RAYS), -1).mean(axis=1))
 
     @property
     def nothing(self) -> Reading:

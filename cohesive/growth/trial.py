@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from meshing.paths import Line, Point
 
+from ..arrays import Array
 from ..errors import NotConverged
 from ..model.build import build
 from ..model.model import Model
 from ..scenes.scene import Scene
 from ..solver.march import March
 from ..solver.stages import Stage
+from .crack import unit
 from .stress import NodalStress, Probe, Reading
 
 #: a tip is due when the averaged hoop stress ahead of it reaches this part of the tensile strength: the cohesive zone that
@@ -60,6 +65,7 @@ class Trial:
     timings : seconds, of the model
     is_whole : whether it ran to the end, for all tips
     ended : why the run ended early; empty if it did not
+    slides : sliding over opening close behind each tip at the end of the run; nan where nothing is open
     """
 
     lines: list[Line]
@@ -69,6 +75,7 @@ class Trial:
     timings: dict[str, float] = field(default_factory=dict)
     is_whole: bool = False
     ended: str = ""
+    slides: list[float] = field(default_factory=list)
 
 
 def run_trial(
@@ -118,6 +125,8 @@ def _march(trial: Trial, model: Model, stages: list[Stage], scene: Scene, larges
             for i, due in _reached(old, new, target, not trial.is_whole).items():
                 trial.due[i] = trial.due[i] or due
             if all(trial.due) or (any(trial.due) and not trial.is_whole):
+                values = model.cracks.point_values(step.equilibrium.state)
+                trial.slides = [_slide(probe, model.cracks.where, values) for probe in trial.probes]
                 return
             most = [max(pair, key=lambda seen: seen.stress) for pair in zip(most, new, strict=True)]
             old = last = new
@@ -126,6 +135,14 @@ def _march(trial: Trial, model: Model, stages: list[Stage], scene: Scene, larges
     for i, (top, end) in enumerate(zip(most, last, strict=True)):  # stress that has passed its largest value
         if trial.due[i] is None and end.stress < top.stress and top.stress > NEARLY_DUE * scene.material.ft:
             trial.due[i] = top.due
+
+
+def _slide(probe: Probe, where: Array, values: dict[str, Array]) -> float:
+    """Sliding over opening of the crack behind a tip, within the radius of its probe."""
+    way = where - np.asarray(probe.tip)
+    behind = (np.hypot(*way.T) < probe.radius) & (way @ unit(probe.heading) < 0)
+    opening = float(values["opening"][behind].sum())
+    return float(values["sliding"][behind].sum()) / opening if opening > 0 else math.nan
 
 
 @dataclass(frozen=True)

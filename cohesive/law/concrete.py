@@ -66,6 +66,7 @@ class Concrete:
         holds most of its energy, and tells nothing of the asperities: with c1 Gf / ft they would be decimetres high. Read
         back, a Zm that was not given is the number that follows, and follows again after `dataclasses.replace`.
     density : of the body (kg/m^3), if its own weight is to act.
+    fc : compressive strength (MPa), which the model does not know: a run says where the bulk passes it. Default: 10 ft.
 
     Raises
     ------
@@ -100,6 +101,9 @@ class Concrete:
     )
     Zm: float = _key(None, "length of the asperities, which scales the contact; default c1 Gf/ft, see Concrete", "mm")
     density: float = _key(0.0, "density, if the body's own weight is to act", "kg/m^3")
+    fc: float | None = _key(
+        None, "compressive strength; the model leaves crushing out, and says where the bulk passes it; default 10 ft", "MPa"
+    )
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
@@ -123,6 +127,8 @@ class Concrete:
                 raise ParameterError(f"{name} = {value!r}: expected a finite number", name)
             if name in _POSITIVE and not value > 0:
                 raise ParameterError(f"{name} = {value!r}: expected a number above 0", name)
+        if self.fc is not None and not (isinstance(self.fc, (int, float)) and 0 < self.fc < math.inf):
+            raise ParameterError(f"fc = {self.fc!r}: expected a number above 0", "fc")
         if not 0 <= self.nu < 0.5:
             raise ParameterError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5", "nu")
         if self.mu_sigma < 0 or self.mu_sigma >= self.r_sigma:

@@ -25,14 +25,16 @@ from ..solver.loading import DEAD, Actuator, Loading
 from ..solver.problem import Problem, Springs
 from .band import band_note, band_part
 from .boundary import Boundary, boundary
-from .checks import check_stages
+from .checks import check_stages, loadings_of
 from .cracks import CrackPart
 from .dead_loads import dead_loads
 from .gauges import measures
+from .held import check_held
 from .interface import interface_part
 from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
+from .path_size import path_size_note
 
 
 def build(scene: Scene, tangent: str = "consistent") -> Model:
@@ -58,6 +60,7 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
         cracks = _cracks(scene, mesh, cracking)
         held = boundary(scene.specimen, mesh, scene.model.plane, scene.model.half)
         bulk, rows = _unknowns(scene, mesh, (elastic, cracking), cracks, held)
+        _check_held(scene, mesh, held)
     with _timed(timings, "condense"):
         condensation = _condensed(bulk, scene.solver.condensation)
         problem = _problem(scene, mesh, cracks, bulk, condensation, held, rows)
@@ -84,6 +87,7 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
     timings = dict.fromkeys(("mesh", "assemble", "condense"), 0.0)
     factor = scene.material.E / own.material.E
     with _timed(timings, "assemble"), _keys_named():
+        _check_held(scene, model.mesh, boundary(scene.specimen, model.mesh, scene.model.plane, scene.model.half))
         elastic, cracking = _elements(scene, model.mesh)
         cracks = _cracks(scene, model.mesh, cracking)
         area = _area(scene, model.mesh, cracks)
@@ -111,12 +115,13 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
     return _checked(scene, changed, tangent)
 
 
+def _check_held(scene: Scene, mesh: CrackedMesh, held: Boundary) -> None:
+    """Refuse a body that is not held in one of the stages."""
+    check_held(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
+
+
 def _checked(scene: Scene, model: Model, tangent: str) -> Model:
-    """The model with its tangent, once it is known that the body is held and that the stages are possible."""
-    if not model.problem.is_held():
-        raise SceneError(
-            "specimen: the body is not held, its stiffness is singular; expected supports against every motion", "specimen"
-        )
+    """The model with its tangent, once it is known that the stages are possible."""
     unmeasured = {*scene.specimen.gauges()} - {MAIN_GAUGE, *model.problem.measures}
     check_stages(scene.stages, model.problem, scene.material, model.cracks.width, unmeasured)
     return replace(model, problem=replace(model.problem, secant=True)) if tangent == "secant" else model
@@ -212,11 +217,7 @@ def _unknowns(
     held: Boundary,
 ) -> tuple[Bulk, dict[str, Array]]:
     """The bulk to be condensed, and the measures on all unknowns."""
-    original = mesh.original
-    leader: Index = np.arange(len(original))
-    if mesh.crack is not None:
-        on_crack = np.isin(original, original[mesh.crack.data])
-        leader = np.where(on_crack, original, leader)
+    leader = mesh.leader
     dead = _dead_loads(scene, mesh, elements)
     try:
         factors = int(dead is not None)
@@ -299,9 +300,15 @@ def _problem(
 
 def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
     """What the reader of the results should know about the model."""
-    found = []
+    found = mesh.remarks
     if mesh.crack is None and (warning := band_note(scene.material, cracks.width)):
         found.append(warning)
+    if (
+        scene.sizes is None
+        and cracks.area
+        and (coarse := path_size_note(mesh, scene.material, scene.specimen.crack_length_of(cracks.area)))
+    ):
+        found.append(coarse)
     if scene.specimen.is_off_the_notch():
         found.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
     if scene.sizes is None and (length := mesh.crack_front):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -44,9 +44,7 @@ def check_stages(
     m = concrete
     shear = max(1.0, m.r_sigma**2 * m.E / m.G)
     available = shear * (1.0 + m.ft**2 * width / (2 * m.E * m.Gf)) * problem.energy
-    loading = problem.loading
     for i, stage in enumerate(stages):
-        loading = _check_drives(i, stage, loading)
         _check_gauges(i, stage, missing)
         if max(stage.targets) > control_of(stage.control).most(available):
             raise SceneError(
@@ -56,6 +54,19 @@ def check_stages(
     if stages[0].targets[0] == 0:
         raise SceneError("stage.0.to = 0: the run starts there; expected another first target", "stage.0.to")
     _check_first_control(stages[0], problem)
+
+
+def loadings_of(stages: Sequence[Stage], loading: Loading) -> Iterator[Loading]:
+    """The loading in each stage, but for its forces, from that before the first one.
+
+    Raises
+    ------
+    SceneError
+        For drives that the specimen does not have.
+    """
+    for i, stage in enumerate(stages):
+        loading = _check_drives(i, stage, loading)
+        yield loading
 
 
 def _check_gauges(i: int, stage: Stage, missing: Collection[str]) -> None:
@@ -70,7 +81,7 @@ def _check_gauges(i: int, stage: Stage, missing: Collection[str]) -> None:
 
 
 def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:
-    """Refuse drives that the specimen does not have; the loading after the stage, but for its forces."""
+    """Refuse drives that the specimen does not have; the loading in the stage, but for its forces."""
     for key, names in (("drive", [stage.drive]), ("others", list(stage.others or {}))):
         for name in names:
             if name is not None and name not in loading.names:
@@ -91,7 +102,7 @@ def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:
                 f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}",
                 f"stage.{i}.{key}",
             )
-    return loading
+    return loading.turned(stage.angle, stage.hold)
 
 
 def _check_first_control(first: Stage, problem: Problem) -> None:

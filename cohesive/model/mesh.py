@@ -70,6 +70,20 @@ class CrackedMesh:
         return original
 
     @property
+    def remarks(self) -> list[str]:
+        """Sentences on what is odd about a mesh of the user's."""
+        return list((self.whole.info or {}).get("remarks", ()))
+
+    @property
+    def leader(self) -> Index:
+        """For the copies of a node on the crack the one of them that names the group, for every other node itself, (m,)."""
+        nodes = np.arange(len(self.points))
+        if self.crack is None:
+            return nodes
+        on_crack = np.isin(self.original, self.original[self.crack.data])
+        return np.where(on_crack, self.original, nodes)
+
+    @property
     def regions(self) -> list[Index]:
         """For the cells of each block of the bulk 0 or, in a region with elastic constants of its own, 1 + its index."""
         numbers = (self.whole.cell_data or {}).get("region")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from scipy.interpolate import PchipInterpolator
@@ -70,7 +70,8 @@ class Model:
 
     @cached_property
     def _compliance(self) -> PchipInterpolator | None:
-        return self.lengths.curve(self.problem)
+        # by a stiffness of its own: the march goes on with the factorization that it has, whenever this is first asked for
+        return self.lengths.curve(replace(self.problem, stiffness=self.problem.stiffness.scaled(1.0)))
 
     def crack_lengths(self, state: State) -> dict[str, float]:
         """The quantities of the history that say how far the crack has come in a state."""

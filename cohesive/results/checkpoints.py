@@ -99,8 +99,7 @@ class Checkpoint:
             )
         if self.march is None:
             return None
-        unpickler = _Unpickler(BytesIO(self.march), model)
-        march: March = unpickler.load()
+        march: March = _Unpickler(BytesIO(self.march), model).load()
         return march
 
 

@@ -11,6 +11,7 @@ from ..elements.bulk import ElasticBlock
 from ..elements.rotations import major_stress
 from ..law.softening_choice import softening_name
 from .agreement import agreement_lines
+from .crushing import crushing
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -78,6 +79,8 @@ def warnings(data: RunData) -> list[str]:
         )
     if not data.model.is_smeared and (overload := _overload(data)):
         found.append(overload)
+    if crushed := crushing(data):
+        found.append(crushed)
     locking = {block.kind for block in data.model.band} & {"triangle", "tetra"}
     if locking:
         found.append(f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high")

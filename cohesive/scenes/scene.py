@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 import reprlib
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -18,7 +19,7 @@ from meshing.paths import Line
 from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS, Specimen
 
-from ..errors import SceneError
+from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
 from ..solver.stages import Stage
 from .checks import RENAMED_KINDS, build_table, check_known, hint, is_a, refuse, table_of
@@ -34,6 +35,9 @@ TABLES = (
 
 #: value of `specimen.crack` with which the path is found
 GROW = "grow"
+
+#: levels of tables and lists, bits of a whole number, and digits of an index into a list, that a scene may have
+_DEEPEST, _MOST_BITS, _MOST_DIGITS = 20, 1000, 10
 
 _BUILTIN = resources.files("cohesive.scenes") / "builtin"
 
@@ -214,7 +218,9 @@ class Scene:
                 f"Scene.load({source!r}): expected a file or the name of a built-in scene; Scene(dict) takes a dict"
             )
         path = Path(source)
-        if not path.is_file() and path.suffix != ".toml":
+        if not os.path.isfile(path) and os.path.exists(path) and not os.path.isdir(path):
+            raise SceneError(f"scene '{source}': it is a pipe or a device; expected a file")
+        if not os.path.isfile(path) and path.suffix != ".toml":
             names = built_in()
             if str(source) not in names:
                 raise SceneError(
@@ -226,7 +232,7 @@ class Scene:
             data = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
             raise SceneError(f"scene '{source}': cannot be read: {error.strerror}") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:  # besides those of the syntax: no UTF-8, thousands of digits or levels
             raise SceneError(f"scene '{source}': not valid TOML: {error}") from None
         return cls(data, path.parent)
 
@@ -249,10 +255,9 @@ class Scene:
                     place = _item(key, place, part)
             if isinstance(place, dict):
                 place[last] = value
-            elif isinstance(place, list) and last.isdigit() and int(last) < len(place):
-                place[int(last)] = value
             else:
-                raise SceneError(f"{key}: there is no such key in the scene")
+                _item(key, place, last)
+                place[int(last)] = value
         return Scene(data, self.folder)
 
     @property
@@ -296,7 +301,7 @@ class Scene:
     def file(self, name: str) -> Path:
         """A file that the scene names: beside it, or one that comes with the built-in scenes."""
         beside, bundled = self.folder / name, Path(str(_BUILTIN / Path(name).name))
-        return bundled if not beside.exists() and bundled.is_file() else beside
+        return bundled if not os.path.exists(beside) and os.path.isfile(bundled) else beside
 
 
 def built_in() -> list[str]:
@@ -318,19 +323,29 @@ def _without_none(value: Any) -> Any:
     return value
 
 
-def _plain(value: Any) -> Any:
-    """A copy with the dicts, lists and numbers of TOML, out of NumPy's and other mappings and sequences."""
+def _plain(value: Any, key: str = "", depth: int = 0) -> Any:
+    """A copy with the dicts, lists and numbers of TOML, out of NumPy's and other mappings and sequences.
+
+    Raises
+    ------
+    SceneError
+        For what no scene holds: levels without end, and whole numbers that are no floating-point numbers.
+    """
+    if depth > _DEEPEST:
+        raise SceneError(f"{key}: it is nested more than {_DEEPEST} levels deep; expected the tables of a scene", key)
     if isinstance(value, Mapping):
-        return {key: _plain(entry) for key, entry in value.items()}
+        return {name: _plain(entry, f"{key}.{name}" if key else f"{name}", depth + 1) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
+        return [_plain(entry, key, depth + 1) for entry in value]
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
+    if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        raise SceneError(f"{key}: a whole number of about {value.bit_length() * 0.30103:.0f} digits; expected fewer", key)
     return value
 
 
 def _item(key: str, place: Any, part: str) -> Any:
-    if isinstance(place, list) and part.isdigit() and int(part) < len(place):
+    if isinstance(place, list) and part.isdecimal() and len(part) < _MOST_DIGITS and int(part) < len(place):
         return place[int(part)]
     raise SceneError(f"{key}: there is no such key in the scene", key)
 
@@ -340,5 +355,8 @@ def _material(table: dict[str, Any]) -> Concrete:
     if preset is not None:
         if not isinstance(preset, str) or preset not in PRESETS:
             raise refuse("material.preset", preset, f"one of {', '.join(PRESETS)}")
-        table = with_preset(preset, table)
+        try:
+            table = with_preset(preset, table)
+        except ParameterError as error:  # of a softening that is none
+            raise SceneError(f"material.{error}", f"material.{error.key}") from None
     return build_table(Concrete, table, "material")

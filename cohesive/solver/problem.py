@@ -13,12 +13,7 @@ from ..algebra.bordered import Entries, Stiffness
 from ..algebra.crack_operator import CrackOperator
 from ..arrays import Array, Index
 from ..cracks.point_law import PointLaw
-from ..errors import NotConverged
 from .loading import DEAD, Loading
-
-#: the body is held if a known motion is found from its forces within this part of it; a body that can move without a force
-#: has been found to 3e-4 by chance
-_FOUND = 1e-5
 
 
 @dataclass(frozen=True)
@@ -225,7 +220,7 @@ class Problem:
         dead = self.loading.drives.get(DEAD)
         return None if dead is None else int(self.drives[dead.motions[0]])
 
-    def work(self, start: State, now: Guess) -> float:
+    def work(self, start: Guess, now: Guess) -> float:
         """Work of all loads from one state to another, by the trapezoidal rule, N mm."""
         change = now.v - start.v
         work = 0.0 if self.loading.active == DEAD else 0.5 * (start.load + now.load) * float(self.drive @ change)
@@ -285,24 +280,6 @@ class Problem:
         nothing = np.zeros(self.operator.size)
         entries = self.entries(tangent)
         return self.stiffness.solve(entries, self.drive, nothing, 1.0, nothing, 1.0, self.free)[:-1]
-
-    def is_held(self) -> bool:
-        """Whether the elastic body has a stiffness against every motion: a known motion is found from its forces."""
-        motion = np.random.default_rng(0).normal(size=self.operator.size)
-        if self.free is not None:
-            motion = self.free @ (self.free.T @ motion)
-        tangent = self.point_law.elastic()
-        stress = np.einsum("pij,pj->pi", tangent, self.operator.deformation(motion))
-        force = self.stiffness.apply(motion) + self.operator.force(stress)
-        acting = self.springs.acting
-        force[self.drives[acting]] += self.springs.stiffness[acting] * motion[self.drives[acting]]
-        nothing = np.zeros_like(motion)
-        try:
-            entries = self.entries(tangent)
-            found = self.stiffness.solve(entries, nothing, nothing, 1.0, force, 0.0, self.free)[:-1]
-        except NotConverged:
-            return False
-        return bool(np.linalg.norm(found - motion) < _FOUND * np.linalg.norm(motion))
 
     def is_separated(self, state: State) -> bool:
         """Whether nothing is left of the cracks' tractions: the body is in pieces."""

@@ -18,6 +18,9 @@ from .steps import SMALLEST_STEP, next_size
 #: damped steps in which a snapping crack must come to rest
 SNAPPING_STEPS = 60
 
+#: residual, relative to the load, up to which the way to the onset of damage counts as linear for the work
+_NEARLY_ELASTIC = 1e-4
+
 
 def snap_through(problem: Problem, start: State, control: str, target: float, reach: float) -> Equilibrium:
     """The next equilibrium where there is none close by: the crack snaps, held back by damping until it rests.
@@ -62,25 +65,27 @@ def _released(problem: Problem, start: State, state: State, twice_mean: Array) -
 
 
 def advance_past_onset(problem: Problem, start: State, control: str, target: float, reversal: bool) -> Equilibrium:
-    """A step of a stage to its target. If damage begins in it, or begins again, its work and energies are those of two parts,
-    of which the first one ends there: the trapezoidal rule would run over a kink. A control that begins at the onset ends
-    there, if nothing is damaged yet.
+    """A step of a stage: to its target, or to the onset of damage if the control begins there and nothing is damaged yet.
+
+    If damage begins in the step, or begins again, its work is that of two parts, of which the first one ends there: the
+    trapezoidal rule would run over a kink.
     """
-    is_elastic = not problem.point_law.is_on_surface(start.cracks)
-    if is_elastic and control_of(control).begins_at_onset:
+    if problem.point_law.is_on_surface(start.cracks):
+        return advance(problem, start, control, target, reversal)
+    if control_of(control).begins_at_onset:
         return advance_to_onset(problem, start)
     trial = advance(problem, start, control, target, reversal)
-    if not is_elastic or trial.state.dissipated <= start.dissipated:
+    if trial.state.dissipated <= start.dissipated:
         return trial
     try:
-        onset = advance_to_onset(problem, start, _load_direction(problem, start, control, target))
-        values = [control_of(control).value(problem, state) for state in (start, onset.state)]
-        if not 0.0 < (values[1] - values[0]) / (target - values[0]) < 1.0:
-            return trial
-        rest = advance(problem, onset.state, control, target)
-    except NotConverged:  # the way to the onset is not linear
+        onset, error = _onset(problem, start, _load_direction(problem, start, control, target))
+    except NotConverged:  # damage begins on no elastic way
         return trial
-    return Equilibrium(rest.state, trial.iterations + rest.iterations, rest.residuals)
+    at, before = (control_of(control).equation(problem, target, start, guess).gap for guess in (onset, start))
+    if error > _NEARLY_ELASTIC or not 0.0 < at / before < 1.0:
+        return trial
+    work = start.work + problem.work(start, onset) + problem.work(onset, trial.state)
+    return replace(trial, state=replace(trial.state, work=work))
 
 
 def _load_direction(problem: Problem, start: State, control: str, target: float) -> float:
@@ -95,31 +100,37 @@ def _elastic_rate(problem: Problem, start: State) -> Array:
     return problem.response(problem.point_law.update(start.cracks.deformation, start.cracks, frozen=True)[1])
 
 
-def advance_to_onset(problem: Problem, start: State, direction: float = 1.0) -> Equilibrium:
+def _onset(problem: Problem, start: State, direction: float = 1.0) -> tuple[Guess, float]:
+    """Where the next point begins to be damaged as the load grows or falls (direction 1 or -1) on a linear path from `start`,
+    and the residual there, relative to the load: zero if the path is linear."""
+    rate = direction * _elastic_rate(problem, start)
+    change = _load_to_onset(problem, start, problem.operator.deformation(rate))
+    v, load = start.v + change * rate, start.load + direction * change
+    cracks, _ = problem.point_law.update(problem.operator.deformation(v), start.cracks)
+    residual = problem.residual(v, problem.operator.force(cracks.stress), load)
+    return Guess(v, load, cracks), float(np.linalg.norm(residual)) / max(abs(load), 1e-4 * problem.strength)
+
+
+def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
     """The state in which, on the elastic path from `start`, the next point begins to be damaged.
 
-    Parameters
-    ----------
-    direction : 1 if the load grows on the way, -1 if it falls.
+    Dissipation control starts there: before it nothing dissipates, and a load beyond it may not exist.
 
     Raises
     ------
     NotConverged
         If the path is not linear, as in contact.
     """
-    rate = direction * _elastic_rate(problem, start)
-    load = _load_to_onset(problem, start, problem.operator.deformation(rate))
-    v, load = start.v + load * rate, start.load + direction * load
-    cracks, _ = problem.point_law.update(problem.operator.deformation(v), start.cracks)
-    nucleated = problem.point_law.nucleate(start.cracks, cracks)
+    onset, error = _onset(problem, start)
+    nucleated = problem.point_law.nucleate(start.cracks, onset.cracks)
     if nucleated is not None:
         start = replace(start, cracks=nucleated)
-        cracks, _ = problem.point_law.update(problem.operator.deformation(v), nucleated)
-    residual = problem.residual(v, problem.operator.force(cracks.stress), load)
-    error = float(np.linalg.norm(residual)) / max(abs(load), 1e-4 * problem.strength)
+        cracks, _ = problem.point_law.update(problem.operator.deformation(onset.v), nucleated)
+        residual = problem.residual(onset.v, problem.operator.force(cracks.stress), onset.load)
+        onset, error = replace(onset, cracks=cracks), float(np.linalg.norm(residual)) / abs(onset.load)
     if error > problem.tol:
         raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
-    return Equilibrium(next_state(problem, start, Guess(v, load, cracks)), 1, [error])
+    return Equilibrium(next_state(problem, start, onset), 1, [error])
 
 
 def _load_to_onset(problem: Problem, start: State, rate: Array) -> float:

@@ -12,6 +12,9 @@ from ..errors import ParameterError
 from .controls import control_of
 from .loading import WAYS
 
+#: steps to a target that a run may ask for
+MOST_STEPS = 1_000_000
+
 #: steps to a target, if neither their number nor their size is given
 DEFAULT_STEPS = 50
 
@@ -79,12 +82,14 @@ class Stage:
     )
 
     def __post_init__(self) -> None:
-        if self.steps is not None and self.steps < 1:
-            raise _refused("steps", self.steps, "a whole number of at least 1")
+        if self.steps is not None and not 1 <= self.steps <= MOST_STEPS:
+            raise _refused("steps", self.steps, f"a whole number from 1 to {MOST_STEPS}")
         if self.step is not None and not self.step > 0:
             raise _refused("step", self.step, "a number above 0")
         if not self.targets or not all(_is_number(target) for target in self.targets):
             raise _refused("to", self.to, "a finite number or a list of them")
+        if self.step is not None and max(map(abs, self.targets)) > MOST_STEPS * self.step:
+            raise _refused("step", self.step, f"at most {MOST_STEPS} steps to {max(map(abs, self.targets)):g}")
         can_fall = control_of(self.control).can_fall
         if not can_fall and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
             raise _refused("to", self.to, f"growing numbers above 0, {self.control} cannot fall")

@@ -61,7 +61,10 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     """
     wanted = parse(accuracy)
     if scene.sizes is None:
-        raise SceneError("accuracy: a mesh of your own has no sizes to choose; expected a built-in specimen")
+        raise SceneError(
+            "accuracy: a mesh of your own has no sizes to choose, and they matter most; expected a built-in specimen, or "
+            "`cohesive run` with files of two sizes, whose difference tells the error of the mesh"
+        )
     said = ""
     own = {str(table): Trade.load(table)} if table is not None and Path(table).is_file() else {}
     for name, trade in own.items():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 from meshing.errors import MeshError
 
 from ..errors import Interrupted, NotConverged, SceneError
+from ..model.build import build
 from ..results.files import make_folder, write_file, write_text
 from ..results.report import warnings
 from ..results.result import Result
@@ -94,6 +95,8 @@ def compare(
     results: list[Result] = []
     notes: list[str] = []
     scenes = [scene.with_(**{"model.kind": "discrete"}), scene.with_(**{"model.kind": "smeared", "model.half": False})]
+    if scene.sizes is None and not scene.specimen.has_main_gauge:
+        build(scenes[1])  # a band without faces has no opening: refused now, not after the first run
     if output is not None:
         make_folder(Path(output))
         for old in Path(output).glob("comparison.*"):  # of an earlier run into the same folder

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -81,8 +82,9 @@ def workers(count: int) -> Iterator[Executor]:
     RuntimeError
         In a script that starts itself again in each of them.
     """
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        raise SystemExit(1)  # this is one of the processes, on its way through the script: the first one tells
+    script = sys.modules.get("__mp_main__")  # in one of the processes; its main module only once it has been imported
+    if script is not None and script is not sys.modules["__main__"]:
+        raise SystemExit(1)  # the first process tells
     before = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_leave_interruption)
     try:

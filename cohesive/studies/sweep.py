@@ -111,7 +111,10 @@ class Sweep:
         """All curves."""
         from .sweep_figure import sweep_figure  # with matplotlib, which is slow to import
 
-        return sweep_figure(self)
+        drawn = [
+            (each.values, each.result, each.is_done) for each in self.runs if each.result is not None and each.result.steps
+        ]
+        return sweep_figure(self.scene.title, self.vary, drawn)
 
     def save(self, folder: str | Path) -> None:
         """Write sweep.csv, sweep.txt and, if a run began, sweep.png; SceneError if the folder cannot be written."""

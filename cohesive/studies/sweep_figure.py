@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib import colormaps
@@ -13,9 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ..results.figures import abscissa, draw_reference, new_figure, set_title
-
-if TYPE_CHECKING:
-    from .sweep import Sweep
+from ..results.run_data import RunData
 
 #: more values than these have a bar of colours in place of a legend
 _MOST_IN_LEGEND = 8
@@ -23,35 +22,42 @@ _MOST_IN_LEGEND = 8
 _STYLES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
 
 
-def sweep_figure(sweep: Sweep) -> Figure:
-    """Load over opening of all runs; a cross ends one that stopped."""
+def sweep_figure(
+    title: str, vary: Mapping[str, Sequence[Any]], drawn: Sequence[tuple[dict[str, Any], RunData, bool]]
+) -> Figure:
+    """Load over opening of all runs; a cross ends one that stopped.
+
+    Parameters
+    ----------
+    vary : values by key
+    drawn : for each run its own values by key, its data, and whether it came to its end
+    """
     figure = new_figure(8.0, 5.2)
     axes = figure.add_subplot()
-    drawn = [(each, each.result) for each in sweep.runs if each.result is not None and each.result.steps]
     if not drawn[0][1].drives_both_ways:
         draw_reference(axes, drawn[0][1].reference)
-    keys = list(sweep.vary)
-    place = {key: {repr(value): i for i, value in enumerate(sweep.vary[key])} for key in keys}
-    colour = _Colours(sweep.vary[keys[0]])
-    for each, result in drawn:
-        what, x, load = abscissa(result)
-        style = "-" if len(keys) == 1 else _STYLES[place[keys[1]][repr(each.values[keys[1]])] % len(_STYLES)]
-        shade = colour.of(place[keys[0]][repr(each.values[keys[0]])])
+    keys = list(vary)
+    place = {key: {repr(value): i for i, value in enumerate(vary[key])} for key in keys}
+    colour = _Colours(vary[keys[0]])
+    for own, data, is_done in drawn:
+        what, x, load = abscissa(data)
+        style = "-" if len(keys) == 1 else _STYLES[place[keys[1]][repr(own[keys[1]])] % len(_STYLES)]
+        shade = colour.of(place[keys[0]][repr(own[keys[0]])])
         axes.plot(x, load, style, color=shade, linewidth=1.2)
-        if not each.is_done:
+        if not is_done:
             axes.plot(x[-1:], load[-1:], "x", color=shade)
     axes.axhline(0.0, color="0.5", linewidth=0.6)
     axes.set(xlabel=f"{what} (mm)", ylabel="load (N)")
-    set_title(figure, sweep.scene.title)
+    set_title(figure, title)
     entries = [*axes.get_legend_handles_labels()[0]]
     if colour.has_bar:
         figure.colorbar(colour.bar(), ax=axes, label=keys[0])
     else:
-        entries += [Line2D([], [], color=colour.of(i), label=_label(keys[0], v)) for i, v in enumerate(sweep.vary[keys[0]])]
+        entries += [Line2D([], [], color=colour.of(i), label=_label(keys[0], v)) for i, v in enumerate(vary[keys[0]])]
     for key in keys[1:2]:
-        styled = enumerate(sweep.vary[key][: len(_STYLES)])
+        styled = enumerate(vary[key][: len(_STYLES)])
         entries += [Line2D([], [], color="0.3", linestyle=_STYLES[i], label=_label(key, value)) for i, value in styled]
-    if any(not each.is_done for each, _ in drawn):
+    if not all(is_done for _, _, is_done in drawn):
         entries.append(Line2D([], [], color="0.3", linestyle="", marker="x", label="stopped"))
     if entries:
         axes.legend(handles=entries, frameon=False, fontsize=8)
@@ -61,7 +67,7 @@ def sweep_figure(sweep: Sweep) -> Figure:
 class _Colours:
     """One colour for each value of a key: by its size if there are many numbers, else by its place."""
 
-    def __init__(self, values: list[Any]) -> None:
+    def __init__(self, values: Sequence[Any]) -> None:
         self.has_bar = len(values) > _MOST_IN_LEGEND and all(isinstance(value, Real) for value in values)
         self._values = np.array(values, dtype=float) if self.has_bar else np.arange(len(values), dtype=float)
         self._scale = Normalize(float(self._values.min()), float(self._values.max()) or 1.0)

@@ -142,7 +142,11 @@ def trade(
         If the reference fails.
     """
     if scene.sizes is None:
-        raise SceneError("specimen.kind = 'mesh': a trade turns the sizes of the mesh; expected a built-in specimen")
+        raise SceneError(
+            "specimen.kind = 'mesh': a trade measures against a finer mesh, which a file does not give; expected a built-in "
+            "specimen, or `cohesive run` with files of two sizes, whose difference tells the error of the mesh",
+            "specimen.kind",
+        )
     bare = Scene({key: value for key, value in scene.data.items() if key not in ("reference", "output")}, scene.folder)
     alone = single(bare, knobs)
     most = finest(bare)

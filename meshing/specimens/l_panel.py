@@ -18,6 +18,9 @@ from ..sizes import MeshSizes
 from .base import Drive, Gauge, PlaneSpecimen, Support, expect
 from .registry import register_specimen
 
+#: segments of the path, a parabola
+_SEGMENTS = 10
+
 
 @register_specimen("l-panel")
 @dataclass(frozen=True)
@@ -35,8 +38,8 @@ class LPanel(PlaneSpecimen):
     thickness: float = key("thickness of the panel", unit="mm", above=0)
     load_from_end: float = key("distance of the load from the end of the arm", unit="mm", above=0)
     angle: float = key(
-        "of the crack path from the corner straight through the leg, above the horizontal",
-        0.0,
+        "of the crack path at the corner, above the horizontal; from there it bends, and ends level at the other side",
+        20.0,
         unit="degrees",
         above=-45,
         below=45,
@@ -59,7 +62,9 @@ class LPanel(PlaneSpecimen):
     def paths(self) -> list[Line]:
         """The crack path."""
         x, y = self.corner
-        return self.crack or [[(x, y), (0.0, y + x * math.tan(math.radians(self.angle)))]]
+        slope = math.tan(math.radians(self.angle))
+        along = [x * i / _SEGMENTS for i in range(_SEGMENTS + 1)]
+        return self.crack or [[(x - s, y + slope * (s - s * s / (2.0 * x))) for s in along]]
 
     @property
     def notch_depth(self) -> float | None:

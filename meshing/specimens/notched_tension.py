@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -63,6 +64,13 @@ class NotchedTension(PlaneSpecimen):
         """The ends of the notches."""
         x = self.width / 2 - self.notch
         return ([(-x, 0.0), (x, 0.0)] if self.notches == "double" else [(-x, 0.0)]) if self.notch else []
+
+    @property
+    def notch_depth(self) -> float | None:
+        """Depth of a single notch that the crack goes on from."""
+        tip = (-self.width / 2 + self.notch, 0.0)
+        is_there = len(self.paths) == 1 and math.dist(self.paths[0][0], tip) < 1e-6 * self.width
+        return self.notch if self.notches == "single" and is_there else None
 
     @property
     def gauge_at(self) -> tuple[float, float]:

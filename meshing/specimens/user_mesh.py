@@ -66,7 +66,7 @@ class UserMesh(Specimen):
     band: str | None = key(
         "name of the set of elements that form the crack band of the smeared model with band.where = 'path'. A row of "
         "quadrilaterals, one element wide, is treated as that of a built-in specimen; in any other set of elements the crack "
-        "may form as with 'everywhere'",
+        "may form as with 'everywhere'. Default: the elements that touch the crack from its plus side",
         None,
     )
 
@@ -126,12 +126,8 @@ class UserMesh(Specimen):
 
     def mesh_band(self, sizes: MeshSizes | None = None, width: float | None = None, *, dimension: int = 2) -> meshio.Mesh:
         """The file with its band, see `meshing.band_files.read_band_mesh`."""
-        if self.band is None:
-            raise MeshError(
-                "band is missing: expected the name of the set of elements that form the band, or band.where = 'everywhere'",
-                "band",
-            )
-        return self._checked(read_band_mesh(self.file, self.band, self._along, list(self.regions_)))
+        crack = self.crack if self.band is None else None
+        return self._checked(read_band_mesh(self.file, self.band, self._along, list(self.regions_), crack))
 
     def mesh_body(self, sizes: MeshSizes | None = None, *, dimension: int = 2) -> meshio.Mesh:
         """The file as it is: cracks may form in all of its elements."""

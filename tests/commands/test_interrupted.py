@@ -209,7 +209,8 @@ def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
     assert "peak load:" in out  # the numbers are told, whatever became of the files
     assert "No space left on device" in err and "Traceback" not in err
     assert rows(tmp_path) > 0
-    assert {path.name for path in tmp_path.iterdir()} == {"history.csv", "inputs"}  # text does not fit, the copies do
+    # text does not fit, the copies do; the run can be resumed if there is room again
+    assert {path.name for path in tmp_path.iterdir()} == {"history.csv", "inputs", "checkpoint.pickle"}
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
@@ -251,3 +252,18 @@ def test_a_process_keeps_the_history(number: signal.Signals, name: str, tmp_path
     assert word in err
     assert name == "compare" or f"stopped: {word}" in out
     assert (folder / "curve.png").exists()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05, 0.1, 0.2])
+def test_an_interruption_while_modules_are_loaded_leaves_no_traceback(delay: float, tmp_path: Path) -> None:
+    """From the moment when the first line of ours runs; before it is the interpreter's own start."""
+    code = "import sys, cohesive.__main__ as entry; print('up', flush=True); sys.exit(entry.main())"
+    command = [sys.executable, "-c", code, "run", "notched-beam", "-o", str(tmp_path), "--set", "stage.0.steps=20000"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    process.stdout.readline()
+    time.sleep(delay)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert (process.returncode, "Traceback" in err) == (130, False), err
+    assert "cohesive: interrupted" in err or "stopped" in err

@@ -217,13 +217,11 @@ def test_triangles_and_rings_are_no_rows(tmp_path: Path) -> None:
         meshio.write(path, meshio.Mesh(points, [("quad", cells)]))
         path.write_text(path.read_text() + f"*ELSET, ELSET=MIDDLE\n{','.join(str(i + 1) for i in range(n))}\n")
         assert ("row" in read_band_mesh(path, "MIDDLE").cell_sets) == (n < 8)
-    # one element twice, and one with an edge without length
-    for corner, extra in ((3, [[0, 1, 2, 3]]), (2, [])):
-        path = tmp_path / "odd.inp"
-        square = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
-        meshio.write(path, meshio.Mesh(square, [("quad", np.array([[0, 1, 2, corner], *extra]))]))
-        path.write_text(path.read_text() + f"*ELSET, ELSET=MIDDLE\n{','.join(str(i + 1) for i in range(1 + len(extra)))}\n")
-        assert "row" not in read_band_mesh(path, "MIDDLE", (1.0, 0.0)).cell_sets
+    path = tmp_path / "odd.inp"  # an edge without length
+    square = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
+    meshio.write(path, meshio.Mesh(square, [("quad", np.array([[0, 1, 2, 2]]))]))
+    path.write_text(path.read_text() + "*ELSET, ELSET=MIDDLE\n1\n")
+    assert "row" not in read_band_mesh(path, "MIDDLE", (1.0, 0.0)).cell_sets
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -269,4 +267,4 @@ def test_nothing_is_printed(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
     (tmp_path / "text.msh").write_text("nothing")
     with pytest.raises(MeshError, match=r"text.msh'"):
         read_band_mesh(tmp_path / "text.msh", "MIDDLE")
-    assert capfd.readouterr().err
+    assert capfd.readouterr() == ("", "")  # one sentence is enough

@@ -128,8 +128,3 @@ def test_an_oblique_platen_moves_along_its_angle() -> None:
     t = np.radians(30)
     np.testing.assert_allclose(moved, result.history["driven"][:, None] * [np.cos(t), np.sin(t)], atol=1e-15)
     assert result.energy_error < 2e-2
-
-
-def test_the_elastic_panel_is_held() -> None:
-    problem = build(Scene.load("sandwich-panel").with_(**{"mesh.crack_size": 100.0, "mesh.far_size": 100.0})).problem
-    assert problem.is_held() and problem.driven(90.0).is_held()

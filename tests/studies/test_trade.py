@@ -168,7 +168,7 @@ def table(folder: Path) -> list[dict[str, str]]:
 
 
 def test_a_mesh_file_has_no_sizes_to_turn(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"specimen.kind = 'mesh': a trade turns the sizes"):
+    with pytest.raises(SceneError, match=r"specimen.kind = 'mesh': a trade measures against a finer mesh"):
         trade(Scene(OF_A_FILE, tmp_path))
 
 

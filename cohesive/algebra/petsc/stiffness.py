@@ -83,7 +83,7 @@ class PetscStiffness:
         return float(abs(self._matrix).sum(axis=1).max())
 
     def scaled(self, factor: float) -> PetscStiffness:
-        return PetscStiffness(factor * self._matrix)
+        return PetscStiffness(self._matrix if factor == 1.0 else factor * self._matrix)
 
     def forget(self) -> None:
         self._layout = None

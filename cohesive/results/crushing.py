@@ -1,0 +1,97 @@
+"""Compression of the bulk beyond its strength, which the model leaves out: long tails and hinges hide it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from meshing.paths import as_text
+
+from ..arrays import Array, Index, Mask
+from ..elements.rotations import major_stress
+from ..model.boundary import nodes_at
+
+if TYPE_CHECKING:
+    from .run_data import RunData
+
+#: compressive strength over tensile strength, if none is given
+_FC_OVER_FT = 10.0
+
+#: elements so many times their own size from a load or support, or closer than a part of the body's narrowest side, do not
+#: count: the stress under a point load has no limit
+_ELEMENTS_BESIDE, _PART_BESIDE = 2.0, 0.05
+
+#: rows that are looked at, besides the peak, the last one and the one that presses the crack most
+_ROWS = 5
+
+
+def crushing(data: RunData) -> str:
+    """A warning if the bulk is compressed beyond its strength outside of loads and supports, empty if not: principal stress,
+    place, multiple and step. Some rows are looked at, not all."""
+    m, model = data.scene.material, data.model
+    fc = _FC_OVER_FT * m.ft if m.fc is None else m.fc
+    blocks = [*model.bulk, *model.band]
+    regions = np.concatenate([*model.mesh.regions, *(np.zeros(len(block.cells), dtype=np.int64) for block in model.band)])
+    worst, beside = (0.0, 0, 0), None
+    rows = _rows(data)
+    crushed = np.zeros(len(regions), dtype=bool)
+    for row in rows:
+        pressed = np.concatenate([major_stress(-stress) for stress in data.frame(row).stress])
+        over = (pressed > fc) & (regions == 0)
+        if not over.any():
+            continue
+        beside = _loaded(data) if beside is None else beside
+        candidates = np.flatnonzero(over)
+        candidates = candidates[~_is_beside(data, candidates, beside)]
+        if len(candidates):
+            crushed[candidates] = True
+            most = int(candidates[pressed[candidates].argmax()])
+            worst = max(worst, (float(pressed[most]), most, row))
+    if not crushed.any():
+        return ""
+    stress, element, row = worst
+    volume = np.concatenate([block.volumes() for block in blocks])
+    share = 100 * volume[crushed].sum() / volume.sum()
+    of = "" if m.fc is not None else f" ({_FC_OVER_FT:g} ft)"
+    return (
+        f"warning: the bulk is compressed beyond fc = {fc:g} MPa{of} away from loads and supports, to {-stress:.3g} MPa, "
+        f"{stress / fc:.2g} fc, at {as_text(_centres(data)[element].round(6))} in step {int(data.history['step'][row])}: "
+        f"{share:.2g} % of its volume in the {len(rows)} steps looked at; crushing is left out"
+    )
+
+
+def _rows(data: RunData) -> list[int]:
+    """The rows that are looked at."""
+    spread = np.linspace(0, len(data.states) - 1, _ROWS + 1).round().astype(int)[1:].tolist()
+    return sorted({*spread, data.peak_row, int(data.history["stress_n"].argmin())})
+
+
+def _centres(data: RunData) -> Array:
+    """Of all elements, (n, d), mm."""
+    return np.concatenate([b.points[b.cells].mean(axis=1) for b in (*data.model.bulk, *data.model.band)])
+
+
+def _loaded(data: RunData) -> tuple[Index, Array]:
+    """Nodes where forces act, and how far from each the stress does not count, mm."""
+    mesh, specimen, half = data.model.mesh, data.scene.specimen, data.scene.model.half
+    drives = specimen.drives(half=half).values()
+    at = [each.at for each in specimen.held(half=half)] + [each.at for each in drives]
+    at += [each.against for each in drives if each.against is not None]
+    nodes = np.unique(np.concatenate([nodes_at(mesh, "supports.at", each) for each in at]))
+    size = np.zeros(len(mesh.points))
+    for block in (*data.model.bulk, *data.model.band):
+        extent = np.linalg.norm(np.ptp(block.points[block.cells], axis=1), axis=1)
+        np.maximum.at(size, block.cells, np.broadcast_to(extent[:, None], block.cells.shape))
+    least = _PART_BESIDE * float(np.ptp(mesh.points, axis=0).min())
+    return nodes, np.maximum(_ELEMENTS_BESIDE * size[nodes], least)
+
+
+def _is_beside(data: RunData, elements: Index, loaded: tuple[Index, Array]) -> Mask:
+    """Which elements are beside loads and supports."""
+    nodes, radius = loaded
+    centres, points = _centres(data)[elements], data.model.mesh.points
+    found = np.zeros(len(elements), dtype=bool)
+    for node, reach in zip(nodes.tolist(), radius.tolist(), strict=True):
+        found |= np.linalg.norm(centres - points[node], axis=1) < reach
+    return found

@@ -1,0 +1,115 @@
+"""A beam on a mesh of the user's: both models, elements that are too long, bulk that is crushed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from cohesive import Scene, SceneError, compare, run
+from cohesive.results.crushing import crushing
+from cohesive.results.report import warnings
+from meshing import MeshError
+from tests.builders import rectangle
+
+
+def beam(folder: Path, kind: str = "quad", counts: tuple[int, int] = (20, 10)) -> Scene:
+    """160 x 40 x 40 mm on two supports, a path over its whole depth."""
+    patch = rectangle(kind, counts, (160.0, 40.0))
+    points = np.column_stack([patch.points - [80.0, 0.0], np.zeros(len(patch.points))])
+    meshio.Mesh(points, [(kind, patch.cells)]).write(folder / "beam.vtu")
+    data = {
+        "specimen": {
+            "kind": "mesh", "file": "beam.vtu", "thickness": 40.0, "crack": [[0.0, 0.0], [0.0, 40.0]],
+            "supports": [
+                {"at": [-72.0, 0.0], "direction": [0, 1]}, {"at": [72.0, 0.0], "direction": [0, 1]},
+                {"at": [0.0, 40.0], "direction": [1, 0]},
+            ],
+            "drive": {"at": [0.0, 40.0], "direction": [0, -1]}, "gauge_minus": [-8.0, 0.0], "gauge_plus": [8.0, 0.0],
+        },
+        "material": {"preset": "reinhardt"},
+        "output": {"frames": 0},
+        "stage": [{"control": "opening", "to": 0.1, "steps": 10}],
+    }  # fmt: skip
+    return Scene(data, folder)
+
+
+@pytest.mark.parametrize(("kind", "within"), [("quad", 0.02), ("triangle6", 0.1)])
+def test_the_band_is_chosen_along_the_path(kind: str, within: float, tmp_path: Path) -> None:
+    """The elements beside the crack on one side: half an element off it, which a beam in bending does not feel much (.6 %,
+    .1 % with half the size). The quadrilaterals are a row; in quadratic triangles the peak is 7.5 % low at either size."""
+    both = compare(beam(tmp_path, kind))
+    assert any("the crack band is the" in note for note in both.notes)
+    assert abs(both.table["peak"]["relative_difference"]) < within
+    assert both.smeared.model.mesh.is_row == (kind == "quad")
+    if kind == "quad":
+        assert both.smeared.model.cracks.width == pytest.approx(8.0)
+
+
+def test_a_band_without_faces_needs_a_gauge(tmp_path: Path) -> None:
+    scene = beam(tmp_path, "triangle")
+    del scene.data["specimen"]["gauge_minus"], scene.data["specimen"]["gauge_plus"]
+    with pytest.raises(SceneError, match="this band has no faces whose mean jump could be the opening; expected a gauge"):
+        compare(Scene(scene.data, tmp_path))
+
+
+def test_long_elements_along_the_path_are_warned_of_once(tmp_path: Path) -> None:
+    first = [{"control": "opening", "to": 0.001, "steps": 1}]
+    for model in ("discrete", "smeared"):
+        for count, is_warned in ((3, True), (25, False), (24, True)):
+            result = run(beam(tmp_path, counts=(20, count)).with_(stage=first), model)
+            found = [note for note in result.notes if "longer than" in note]
+            assert len(found) == is_warned, (model, count)
+            if is_warned:
+                assert found[0].startswith(f"warning: {count} of the {count} elements along the crack are longer than 1.6 mm")
+
+
+def test_a_crushed_bulk_is_told_with_place_and_step(tmp_path: Path) -> None:
+    result = run(beam(tmp_path))
+    assert crushing(result) == ""  # 10 ft
+    low = run(beam(tmp_path).with_(**{"material.fc": 2.0}))
+    (said,) = (note for note in warnings(low) if "compressed beyond" in note)
+    assert "fc = 2 MPa away from loads and supports, to -" in said and said in low.summary()
+    # what is said is in the fields: the stress at that element in that step
+    x, y = (float(c) for c in said.split("at (")[1].split(")")[0].split(", "))
+    step = int(said.split("in step ")[1].split(":")[0])
+    frame, block = low.frame(int(np.flatnonzero(low.history["step"] == step)[0])), low.model.bulk[0]
+    element = int(np.linalg.norm(block.points[block.cells].mean(axis=1) - [x, y], axis=1).argmin())
+    s = frame.stress[0][element]
+    minor = (s[0] + s[1]) / 2 - np.hypot((s[0] - s[1]) / 2, s[2])
+    assert minor == pytest.approx(float(said.split("to ")[1].split(" MPa")[0]), rel=5e-3)  # three digits
+    # beside the load and the supports it does not count
+    assert np.hypot(x, y - 40.0) > 8.0 and min(np.hypot(x - 72.0, y), np.hypot(x + 72.0, y)) > 8.0
+
+
+def test_a_strength_that_is_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"^material.fc = -3.0: expected a number above 0"):
+        beam(tmp_path).with_(**{"material.fc": -3.0})
+
+
+def test_odd_nodes_are_remarked(tmp_path: Path) -> None:
+    scene = beam(tmp_path)
+    mesh = meshio.read(tmp_path / "beam.vtu")
+    more = np.vstack([mesh.points, [[0.0, 90.0, 0.0], [1.0, 90.0, 0.0]]])
+    meshio.Mesh(more, mesh.cells).write(tmp_path / "beam.vtu")
+    first = scene.with_(stage=[{"control": "opening", "to": 0.001, "steps": 1}])
+    assert "2 nodes of the file belong to no element and are left out" in run(first).notes
+    # a slit: the node at the end of the row below is doubled
+    cells, at = mesh.cells[0].data.copy(), int(np.linalg.norm(mesh.points - [-40.0, 0.0, 0.0], axis=1).argmin())
+    right = mesh.points[cells].mean(axis=1)[:, 0] > -40.0
+    cells[right] = np.where(cells[right] == at, len(mesh.points), cells[right])
+    meshio.Mesh(np.vstack([mesh.points, mesh.points[at]]), [("quad", cells)]).write(tmp_path / "beam.vtu")
+    assert any("2 nodes of the boundary touch elements that do not have them" in note for note in run(first).notes)
+
+
+def test_a_band_beside_a_crack_with_a_region_in_it_is_refused(tmp_path: Path) -> None:
+    scene = beam(tmp_path)
+    mesh = meshio.read(tmp_path / "beam.vtu")
+    centres = mesh.points[mesh.cells[0].data].mean(axis=1)
+    inside = np.flatnonzero(abs(centres[:, 0]) < 9.0)
+    meshio.Mesh(mesh.points, mesh.cells, cell_sets={"steel": [inside]}).write(tmp_path / "beam.inp", file_format="abaqus")
+    changed = scene.with_(**{"specimen.file": "beam.inp", "specimen.regions": {"steel": {"E": 2e5, "nu": 0.3}}})
+    with pytest.raises((MeshError, SceneError), match=r"regions.steel: elements of it are in the band"):
+        run(changed, "smeared")
