@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from .model.prepared import Prepared
 from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
 from .results.locking import held
+from .results.notebook import notebook_progress
 from .results.record import Record
 from .results.result import Result
 from .scenes.measured import Reference
@@ -40,7 +42,8 @@ def run(
     model : overrides the scene's model.kind; or what `prepare` made of a scene that differs in the law, the modulus and the
         stages only, whose mesh and condensed stiffness serve again.
     output : folder whose history.csv grows row by row during the run; `Result.save` writes the rest.
-    on_step : called after every converged step with it and its row of the history.
+    on_step : called after every converged step with it and its row of the history; without one a bar shows the progress in
+        a notebook.
     tangent : "consistent", or "secant" to see what Newton's method is worth: a step may then take 1000 iterations.
 
     Returns
@@ -67,7 +70,8 @@ def run(
         scene = found_scene(scene, found)
     reference = load_reference(scene)
     built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent)
-    return _march(scene, built, reference, tangent, output, on_step, found=found)
+    with notebook_progress(scene.stages) if on_step is None else nullcontext(on_step) as then:
+        return _march(scene, built, reference, tangent, output, then, found=found)
 
 
 def resume(folder: str | Path, on_step: Callable[[Step, dict[str, float]], None] | None = None) -> Result:
@@ -85,7 +89,8 @@ def resume(folder: str | Path, on_step: Callable[[Step, dict[str, float]], None]
     """
     last = Checkpoint.read(Path(folder))
     built = build(last.scene, last.tangent)
-    return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, on_step, last)
+    with notebook_progress(last.scene.stages) if on_step is None else nullcontext(on_step) as then:
+        return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, then, last)
 
 
 def _march(

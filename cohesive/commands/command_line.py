@@ -36,6 +36,6 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete and smeared.")
     parser.add_argument("--version", action="version", version=f"cohesive-cracks {metadata.version('cohesive-cracks')}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, compare, trade, sweep, fit, evaluate, law, scenes, keys):
+    for command in (run, show, compare, trade, sweep, fit, evaluate, law, scenes, keys):
         command.add_parser(commands)
     return parser

@@ -110,14 +110,3 @@ def reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]]
             )
 
     return on_step
-
-
-def expected_steps(scene: Scene) -> int:
-    """Number of steps if none is cut."""
-    total, value = 0.0, 0.0
-    for stage in scene.stages:
-        for target in stage.targets:
-            total += stage.count(abs(target - value)) + (stage.count(abs(target)) if stage.unload else 0.0)
-            value = 0.0 if stage.unload else target
-        value = 0.0
-    return round(total)

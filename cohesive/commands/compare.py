@@ -8,7 +8,8 @@ from pathlib import Path
 
 from ..results.locking import held
 from ..results.result import Result
-from .common import ENDS, STOPPED, Commands, add_scene, add_verbose, expected_steps, load_scene, progress, reporter, status_of
+from ..solver.stages import expected_steps
+from .common import ENDS, STOPPED, Commands, add_scene, add_verbose, load_scene, progress, reporter, status_of
 
 
 def add_parser(commands: Commands) -> None:
@@ -28,7 +29,7 @@ def _execute(options: argparse.Namespace) -> int:
 
     scene = load_scene(options)
     folder = Path(options.output or f"{Path(options.scene).stem}-compare")
-    with held(folder), progress(2 * expected_steps(scene)) as bar:
+    with held(folder), progress(2 * expected_steps(scene.stages)) as bar:
         try:
             comparison = compare(scene, output=folder, on_step=reporter(bar, options.verbose))
         except ENDS as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from ..law.concrete import PRESETS, Concrete
 from ..law.crack_plane import CrackPlane
 from ..law.softening import SOFTENING
 from ..law.softening_choice import softening_name
+from ..model.interface import default_width
 from ..results.files import make_folder, write_file
 from .common import Commands, assignments
 
@@ -22,7 +24,9 @@ def add_parser(commands: Commands) -> None:
     p = commands.add_parser("law", help="draw and tabulate the law at a point")
     p.add_argument("--preset", default="crack-plane", help=f"material: {', '.join(PRESETS)} (default: crack-plane)")
     p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a parameter, as in Gf=0.1")
-    p.add_argument("--width", default="h", help="width of the crack plane in mm, or h (default: h)")
+    p.add_argument(
+        "--width", help="width of the crack plane in mm, or h (default: that of a run with a long crack, 0.4 %% of E Gf/ft^2)"
+    )
     p.add_argument(
         "--curves", metavar="LIST", help="softening curves to draw side by side, as in 'exponential, hordijk' (default: all)"
     )
@@ -37,7 +41,10 @@ def _execute(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     make_folder(folder)
     m = law.concrete
-    print(f"Zm = {m.Zm:.4g} mm, Zt = {law.Zt:.4g} mm, E Gf / ft^2 = {m.characteristic_length:.4g} mm")
+    print(
+        f"width of the crack plane {law.width:.4g} mm, jump at the onset of damage Zt = {law.Zt:.4g} mm, length of "
+        f"the asperities Zm = {m.Zm:.4g} mm, characteristic length E Gf / ft^2 = {m.characteristic_length:.4g} mm"
+    )
     tables = responses.tables(law)
     for name, (header, table) in tables.items():
         write_file(folder / f"{name}.csv", partial(np.savetxt, X=table, fmt="%.9g", delimiter=",", header=header, comments=""))
@@ -65,10 +72,11 @@ def _plane(options: argparse.Namespace) -> CrackPlane:
         if key not in Concrete.__dataclass_fields__:
             raise SceneError(f"{key}: unknown parameter; expected one of {', '.join(Concrete.__dataclass_fields__)}", key)
     try:
-        width = None if options.width == "h" else float(options.width)
+        width = float(options.width) if options.width not in (None, "h") else None
     except ValueError:
         raise SceneError(f"width = {options.width!r}: expected a number in mm, or h", "width") from None
     try:
-        return CrackPlane(Concrete.preset(options.preset, **changes), width)
+        concrete = Concrete.preset(options.preset, **changes)
+        return CrackPlane(concrete, default_width(math.inf, concrete) if options.width is None else width)
     except ValueError as error:
         raise SceneError(str(error)) from None

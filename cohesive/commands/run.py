@@ -10,26 +10,24 @@ from pathlib import Path
 
 from ..errors import SceneError
 from ..results.checkpoints import NAME as CHECKPOINT
+from ..results.files import FILES
 from ..results.locking import held
 from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import resume, run
+from ..solver.stages import expected_steps
 from .common import (
     ENDS,
     Commands,
     add_scene,
     add_verbose,
     assignments,
-    expected_steps,
     load_scene,
     progress,
     reporter,
     status_of,
     trade_folder,
 )
-
-#: files of a run; one without a converged step leaves no pictures and no frames
-_FILES = ("curve.png", "deformed.png", "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml")
 
 
 def add_parser(commands: Commands) -> None:
@@ -58,7 +56,7 @@ def _execute(options: argparse.Namespace) -> int:
             scene, chosen = _accurate(scene, options)
             notes = [chosen]
             print(chosen, flush=True)
-        return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene), notes)
+        return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene.stages), notes)
 
 
 def _resumed(options: argparse.Namespace) -> Callable[..., Result]:
@@ -94,7 +92,7 @@ def _finished(
         result.save(folder)
     finally:  # the numbers are there, whatever became of the files
         print(result.summary())
-    print(f"files: {folder}/  ({', '.join(name for name in _FILES if (folder / name).exists())})")
+    print(f"files: {folder}/  ({', '.join(name for name in FILES if (folder / name).exists())})")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
         if (folder / CHECKPOINT).exists():

@@ -1,24 +1,22 @@
-"""Figures of a run: its load over its opening, and the deformed body."""
+"""Figures: their format, and the curve of a run with what was measured."""
 
 from __future__ import annotations
 
+import textwrap
+import warnings
 from collections.abc import Mapping
-from functools import partial
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import Collection, LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from ..arrays import Array
-from ..elements.rotations import major_stress
 from .agreement import agreements
-from .files import write_file
-from .frames import Frame
-from .solid_figures import draw_body, draw_crack
+from .measures import controlled
 
 if TYPE_CHECKING:
     from ..scenes.measured import Reference
@@ -27,42 +25,52 @@ if TYPE_CHECKING:
 #: measured curves of fewer points are drawn with a mark for each
 _FEW = 100
 
-#: corners of the bulk cells
-_CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad6": 4}
-
-
-def write_figures(data: RunData, folder: Path) -> None:
-    """curve.png and deformed.png; without a converged step none, and those of an earlier run are removed."""
-    for name, draw in (("curve.png", save_curve), ("deformed.png", save_deformed)):
-        if data.steps:
-            write_file(folder / name, partial(draw, data))
-        else:
-            (folder / name).unlink(missing_ok=True)
+#: characters of a title in an inch of its figure, and its lines
+_TITLE_WIDTH, _TITLE_LINES = 11, 2
 
 
 def save_curve(data: RunData, path: Path) -> None:
-    """Load against opening, with the measured curve or band if there is one; for a platen that moves both ways also the
-    mean tractions on the crack against sliding and opening."""
-    both = data.drives_both_ways
+    """The curve of a run, with what was measured if there is something; for a platen that moves both ways also the mean
+    tractions on the crack against sliding and opening."""
+    both = data.drives_both_ways and data.scene.output.curve is None
     figure = new_figure(11.0 if both else 6.4, 4.4)
     axes, *others = figure.subplots(1, 3 if both else 1, squeeze=False)[0]
-    label, x, load = abscissa(data)
-    if not both:
-        draw_reference(axes, data.reference, data.history)
-    axes.plot(x, load, color="C0", label="crack band" if data.model.is_smeared else "discrete crack")
-    peak = int(np.nanargmax(load))
-    axes.plot(x[peak], load[peak], "o", color="C3", markersize=4, label=f"peak {load[peak]:.5g} N")
-    axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)" if both else "load (N)")
-    axes.legend(frameon=False)
+    draw_curve(axes, data)
     for other, motion, stress, name in zip(
         others, ("sliding", "opening"), ("stress_s", "stress_n"), ("shear", "normal"), strict=False
     ):
         other.plot(data.history[motion], data.history[stress], color="C0")
         other.set(xlabel=f"{motion} (mm)", ylabel=f"mean {name} traction on the crack (MPa)")
-    for each in (axes, *others):
-        each.axhline(0.0, color="0.5", linewidth=0.6)
-    figure.suptitle(data.scene.title)
+        other.axhline(0.0, color="0.5", linewidth=0.6)
+    set_title(figure, data.scene.title)
     save(figure, path)
+
+
+def draw_curve(axes: Axes, data: RunData) -> None:
+    """The curve that the scene asks for; without one the load over the way of a platen that moves both ways, else over what
+    `measures.controlled` says."""
+    history, reference = data.history, data.reference
+    name, over = data.scene.output.curve or (controlled(data), "load")
+    if data.drives_both_ways and data.scene.output.curve is None:
+        label, x, y = abscissa(data)
+        axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)")
+    else:
+        x, y = history[name], history[over]
+        axes.set(xlabel=_label(data, name), ylabel=_label(data, over))
+        if reference is not None and (name, over) == (reference.against, "load"):
+            draw_reference(axes, reference, history)
+    axes.plot(x, y, color="C0", label="crack band" if data.model.is_smeared else "discrete crack")
+    peak = int(np.nanargmax(y))
+    largest = f"{'peak' if over == 'load' else 'largest'} {y[peak]:.5g} {data.unit_of(over)}"
+    axes.plot(x[peak], y[peak], "o", color="C3", markersize=4, label=largest)
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    plain_legend(axes, axes)
+
+
+def _label(data: RunData, name: str) -> str:
+    unit = data.unit_of(name)
+    words = name.replace("_", " ").replace("$", r"\$")
+    return f"{words} ({unit})" if unit else words
 
 
 def abscissa(data: RunData) -> tuple[str, Array, Array]:
@@ -77,7 +85,7 @@ def abscissa(data: RunData) -> tuple[str, Array, Array]:
         return name, data.history[name], load
     stage = data.history["stage"].astype(int)
     begins = np.flatnonzero(np.diff(stage)) + 1
-    turned = [row for row in begins if data.scene.stages[stage[row] - 1].direction is not None]
+    turned = [row for row in begins if data.scene.stages[stage[row] - 1].angle is not None]
     way = data.way
     return "way of the platen, there and back", np.insert(way, turned, way[turned]), np.insert(load, turned, np.nan)
 
@@ -107,93 +115,6 @@ def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str
         axes.plot(curve.x, curve.y, "--", color="0.3", linewidth=1.0, label=f"{curve.name}{rms}")
 
 
-def save_deformed(data: RunData, path: Path) -> None:
-    """The body at the last row, coloured by the major principal stress, displacements magnified."""
-    frame = data.frame(len(data.states) - 1)
-    points, u = data.model.mesh.points, frame.displacement
-    size = float(np.ptp(points, axis=0).max())
-    factor = _magnification(0.06 * size / max(float(np.linalg.norm(u, axis=1).max()), 1e-300))
-    warped = points + factor * u
-    stress = np.concatenate([major_stress(s) for s in frame.stress])
-    whole = "one half of the body, " if data.scene.model.half else ""
-    title = f"{whole}opening {data.history['opening'][-1]:.3g} mm, displacements magnified {factor:g} times"
-    if points.shape[1] == 3:
-        save(_solid_figure(data, frame, warped, stress, title), path)
-    else:
-        save(_plane_figure(data, warped, stress, title, 0.02 * size), path)
-
-
-def _plane_figure(data: RunData, warped: Array, stress: Array, title: str, margin: float) -> Figure:
-    """A 2D body with its crack faces, or with the open crack planes of its band."""
-    faces = [warped[block.cells[:, : _CORNERS[block.kind]]] for block in (*data.model.bulk, *data.model.band)]
-    span = warped.max(axis=0) - warped.min(axis=0)
-    ratio = span[1] / span[0]
-    width = float(np.clip(7.5 / ratio + 3.0, 5.0, 8.0))  # narrower for a tall body
-    figure = new_figure(width, float(np.clip(0.8 * width * ratio + 1.0, 2.6, 8.5)))
-    axes = figure.add_subplot()
-    body = PolyCollection(
-        _corners(faces),  # type: ignore[arg-type]  # an array is drawn much faster than a list
-        array=stress, cmap="viridis", edgecolors="face", linewidths=0.3,
-    )  # fmt: skip
-    _limit(body, stress)
-    axes.add_collection(body)
-    if data.model.is_smeared:
-        _draw_planes(axes, data, faces[len(data.model.bulk) :])
-    elif (crack := data.model.mesh.crack) is not None:
-        for a, b in ((0, 1), (3, 2)):
-            segments = warped[crack.data[:, [a, b]]]
-            axes.plot(*segments.transpose(2, 1, 0), color="C3", linewidth=0.8)
-    axes.set_xlim(warped[:, 0].min() - margin, warped[:, 0].max() + margin)
-    axes.set_ylim(warped[:, 1].min() - margin, warped[:, 1].max() + margin)
-    axes.set_aspect("equal")
-    axes.set(xlabel="x (mm)", ylabel="y (mm)")
-    figure.suptitle(title, fontsize="medium")  # over the whole figure: a tall body is narrow
-    figure.colorbar(body, ax=axes, label="major principal stress (MPa)", shrink=0.9, extend="both")
-    return figure
-
-
-def _solid_figure(data: RunData, frame: Frame, warped: Array, stress: Array, title: str) -> Figure:
-    """A 3D body beside its crack surface, which it may hide."""
-    figure = new_figure(12.0, 5.2)
-    figure.set_layout_engine("none")  # 3D axes do not take part in it
-    body = draw_body(figure, 0.02, data, warped, stress)
-    _limit(body, np.asarray(body.get_array()))
-    draw_crack(figure, 0.53, data, frame, warped)
-    figure.suptitle(title)
-    return figure
-
-
-def _limit(faces: Collection, stress: Array) -> None:
-    """Colours that a few very large stresses do not flatten."""
-    low, high = np.percentile(stress, [1, 99])
-    faces.set_clim(low, max(high, low + 1e-12))
-
-
-def _draw_planes(axes: Axes, data: RunData, faces: list[Array]) -> None:
-    """The open crack planes of a band, as lines in the deformed cells that they belong to."""
-    state, cracks = data.last, data.model.cracks
-    planes = state.cracks.planes
-    opening = planes.length * planes.strain[:, 0]
-    shown = opening > 0.05 * max(opening.max(initial=0.0), 1e-300)
-    cell = cracks.cell[planes.point[shown]]
-    corners = _corners(faces)[cell]
-    centre, size = corners.mean(axis=1), np.ptp(corners, axis=1).min(axis=1)
-    along = 0.5 * size[:, None] * planes.rotation[shown, 1]
-    axes.add_collection(LineCollection(list(np.stack([centre - along, centre + along], axis=1)), colors="C3", linewidths=0.8))
-
-
-def _corners(faces: list[Array]) -> Array:
-    """Corners of all cells, (n, 4, 2), a triangle's last corner repeated; (n, 3, 2) if all are triangles."""
-    most = max(f.shape[1] for f in faces)
-    return np.concatenate([np.pad(f, ((0, 0), (0, most - f.shape[1]), (0, 0)), mode="edge") for f in faces])
-
-
-def _magnification(factor: float) -> float:
-    """Rounded down to 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** np.floor(np.log10(factor))
-    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= factor * (1 + 1e-9)))
-
-
 def new_figure(width: float, height: float) -> Figure:
     """A figure of a size in inches, drawn without a window."""
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -201,6 +122,29 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def save(figure: Figure, path: Path) -> None:
+def set_title(figure: Figure, *lines: str) -> None:
+    """A title over the whole figure, each of its lines broken and cut as it needs, and taken as it is: no mathtext."""
+    width = int(_TITLE_WIDTH * figure.get_figwidth())
+    text = "\n".join(broken for line in lines if (broken := "\n".join(fitted(line, width, _TITLE_LINES))))
+    figure.suptitle(text, parse_math=False, fontsize="medium" if "\n" in text else "large")
+
+
+def fitted(text: str, width: int, lines: int) -> list[str]:
+    """A text in so many lines of so many characters; it ends in "..." if it is too long. No controls."""
+    clean = "".join(each if each.isprintable() else " " for each in text)
+    return textwrap.wrap(clean, width, max_lines=lines, placeholder=" ...")
+
+
+def plain_legend(place: Axes | Figure, axes: Axes, **options: Any) -> None:
+    """A legend of axes, in them or in their figure, that takes the names in it as they are: no mathtext."""
+    legend = place.legend(*axes.get_legend_handles_labels(), frameon=False, **options)
+    for text in legend.get_texts():
+        text.set_text("\n".join(fitted(text.get_text(), 60, _TITLE_LINES)))
+        text.set_parse_math(False)
+
+
+def save(figure: Figure, path: Path | BytesIO, dpi: int = 130) -> None:
     """Write a figure as PNG."""
-    figure.savefig(path, dpi=130, format="png")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from")  # a title may have any character
+        figure.savefig(path, dpi=dpi, format="png")

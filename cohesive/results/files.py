@@ -15,17 +15,23 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-import meshio
-
 from ..errors import ParameterError, SceneError
 from ..law.softening_choice import softening_data
 from ..scenes.scene import dump_toml
 from .agreement import agreement_facts
-from .frames import frame_mesh
+from .frames import frame_mesh, write_frame
+from .measures import curve_measures, energies
+from .report import summary
 
 if TYPE_CHECKING:
     from ..scenes.scene import Scene
     from .run_data import RunData
+
+
+#: all files of a run but its frames, its inputs and its checkpoint
+FILES = (
+    "mesh.png", "curve.png", "deformed.png", "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml",
+)  # fmt: skip
 
 
 class HistoryWriter:
@@ -39,6 +45,7 @@ class HistoryWriter:
     def __enter__(self) -> HistoryWriter:
         if self._folder is not None:
             make_folder(self._folder)
+            check_names(self._folder)
             try:
                 self._file = open(self._folder / "history.csv", "wb", buffering=0)
             except OSError as error:
@@ -135,18 +142,38 @@ def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
     write_file(folder / "scene.toml", lambda path: write_text(path, dump_toml(data)))
 
 
+def frame_files(folder: Path) -> list[Path]:
+    """The frames of an earlier run."""
+    return [path for path in folder.glob("frame_*.vtu") if path.stem.removeprefix("frame_").isdigit()]
+
+
+def check_names(folder: Path) -> None:
+    """Refuse a folder in which something stands in the way of a run's files.
+
+    Raises
+    ------
+    SceneError
+    """
+    for path in (*(folder / name for name in FILES), *frame_files(folder)):
+        if path.is_dir():
+            raise SceneError(f"output folder '{folder}': {path.name} is a folder; expected a file of this name, or none")
+
+
 def write_frames(data: RunData, folder: Path) -> None:
-    """Frames as VTU with one PVD, in place of those of an earlier run."""
-    for old in (*folder.glob("frame_*.vtu"), folder / "frames.pvd"):
+    """Frames as VTU with one PVD, in place of those of an earlier run.
+
+    The time of a frame is the motion of the drive, which counts on where it turns: times must rise.
+    """
+    for old in (*frame_files(folder), folder / "frames.pvd"):
         old.unlink(missing_ok=True)
-    collection = []
+    collection, time, digits = [], -1.0, max(4, len(str(data.steps)))
     for row in data.frame_rows():
         frame = data.frame(row)
-        name = f"frame_{frame.step:04d}.vtu"
-        mesh = frame_mesh(data.model, frame)
-        # compressing takes ten times as long as writing, for a third of the size
-        write_file(folder / name, partial(meshio.write, mesh=mesh, compression=None))
-        collection.append(f'    <DataSet timestep="{frame.step}" part="0" file="{name}"/>')
+        name = f"frame_{frame.step:0{digits}d}.vtu"
+        mesh = frame_mesh(data.model, frame, data.scene.model.plane == "strain")
+        write_file(folder / name, partial(write_frame, mesh=mesh))
+        time = max(float(data.way[row]), time + 1e-9 * max(float(data.way[-1]), 1e-300))
+        collection.append(f'    <DataSet timestep="{time:.12g}" part="0" file="{name}"/>')
     if collection:
         pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
         pvd += "\n".join(collection) + "\n  </Collection>\n</VTKFile>\n"
@@ -164,10 +191,17 @@ def _facts(data: RunData) -> dict[str, Any]:
     return {
         "scene": data.scene.data,
         "notes": data.notes,
+        "summary": summary(data).splitlines(),
         "peak_load": data.peak_load,
         "opening_at_peak": data.opening_at_peak,
         "dissipated_energy": data.dissipated_energy,
+        "curve": curve_measures(data),
+        "energies": energies(data),
         "full_energy": data.full_energy,
+        "crack_area": data.model.cracks.area,
+        "added_compliance": data.added_compliance() if data.steps else None,
+        "has_platen": data.drives_both_ways,
+        "way": data.way.tolist() if data.drives_both_ways else None,
         "energy_error": data.energy_error,
         "model": data.scene.model.kind,
         "width": data.model.cracks.width,

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..growth.found import VERTEX_COLUMNS, FoundPath
-from .figures import new_figure, save
+from .figures import new_figure, save, set_title
 from .files import write_file, write_text
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def save_path(found: FoundPath, title: str, path: Path) -> None:
     draw_path(axes, found)
     axes.set_aspect("equal")
     axes.set(xlabel="x (mm)", ylabel="y (mm)")
-    figure.suptitle(title, fontsize="medium")
+    set_title(figure, title)
     figure.legend(frameon=False, loc="outside lower center", ncols=4, fontsize="small")
     save(figure, path)
 

@@ -38,6 +38,7 @@ class RunData:
     reference : Reference or None
     found : FoundPath, if the crack path was looked for
     timings : seconds: mesh, assemble, condense, newton and, after `save`, output
+    told : the summary, in a result that was loaded from its folder
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class RunData:
         self.way = record.way
         self._displacements: dict[int, Array] | None = None  # of all rows with a state, in a result from a pickle
         self._added_compliance: float | None = None
+        self.told: str | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         kept = self.__dict__.copy()
@@ -65,6 +67,10 @@ class RunData:
             kept["_added_compliance"] = self.added_compliance() if len(self.states) else None
             kept["model"] = without_factors(self.model)
         return kept
+
+    def unit_of(self, column: str) -> str:
+        """Unit of a column of the history; empty for a number without one, and for what is no column."""
+        return next((each.unit for each in self.model.columns if each.name == column), "")
 
     @property
     def steps(self) -> int:
@@ -152,7 +158,7 @@ class RunData:
     @property
     def drives_both_ways(self) -> bool:
         """Whether a platen moves along two directions, so that the load is not always that of the opening."""
-        return self.problem.loading.moved.is_platen
+        return self.model.has_platen
 
     @property
     def last(self) -> State:
@@ -187,9 +193,13 @@ class RunData:
             return self._displacements[row + len(self.states) if row < 0 else row]
         return self.model.condensation.recover(self.states[row].v)
 
+    def row(self, row: int) -> dict[str, float]:
+        """One row of the history (-1 is the last one)."""
+        return {name: values[row].item() for name, values in self.history.items()}
+
     def frame(self, row: int) -> Frame:
         """Fields of a row of the history (0 is the state before the first step, -1 the last one)."""
-        return frame_of(self.model, self.states[row], self.displacement(row), int(self.history["step"][row]))
+        return frame_of(self.model, self.states[row], self.displacement(row), self.row(row))
 
     def frame_rows(self) -> list[int]:
         """Rows that are written as frames: evenly spread, the peak and the last one."""

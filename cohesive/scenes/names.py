@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from meshing.specimens.base import MAIN_GAUGE
 
@@ -27,6 +28,21 @@ def check_gauge_names(kind: str, names: Sequence[str]) -> None:
                 "expected another name",
                 "specimen.gauges",
             )
+
+
+def check_curve(curve: Any, gauges: Sequence[str], drives: Sequence[str], forces: Sequence[str]) -> None:
+    """Refuse a curve that is not two columns of the history.
+
+    Raises
+    ------
+    SceneError
+    """
+    names = [column.name for column in columns_of(gauges, drives, forces)]
+    given = curve if isinstance(curve, list) else []
+    unknown = [name for name in given if name not in names]
+    if curve is not None and (len(given) != 2 or unknown):
+        near = hint(unknown[0], names) if unknown and isinstance(unknown[0], str) else ""
+        raise refuse("output.curve", curve, f"two of {', '.join(names)}{near}")
 
 
 def check_stage_names(stages: Sequence[Stage], gauges: Sequence[str], drives: Sequence[str], forces: Sequence[str]) -> None:

@@ -23,7 +23,7 @@ from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
 from ..solver.stages import Stage
 from .checks import RENAMED_KINDS, build_table, check_known, hint, is_a, refuse, table_of
-from .names import check_gauge_names, check_stage_names
+from .names import check_curve, check_gauge_names, check_stage_names
 from .tables import BandOptions, GrowOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
 
 #: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
@@ -199,7 +199,9 @@ class Scene:
         found = [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
         gauges = list(self.specimen.gauges())
         check_gauge_names(self.kind, gauges)
-        check_stage_names(found, gauges, list(self.specimen.drives()), list(self.specimen.forces()))
+        drives, forces = list(self.specimen.drives()), list(self.specimen.forces())
+        check_stage_names(found, gauges, drives, forces)
+        check_curve(self.output.curve, gauges, drives, forces)
         return found
 
     @classmethod

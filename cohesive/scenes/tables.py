@@ -10,6 +10,9 @@ from meshing.keys import check_keys, key
 from ..errors import ParameterError
 from .units import FORCES, LENGTHS, factor_of
 
+#: frames that a run may write: each is a file
+MOST_FRAMES = 100_000
+
 
 class Table:
     """A table whose keys are in their ranges; ParameterError for one that is not."""
@@ -183,4 +186,11 @@ class ReferenceOptions(Table):
 class OutputOptions(Table):
     """[output]"""
 
-    frames: int = key("number of states that are written as VTU, besides the one at the peak", 5, at_least=0)
+    frames: int = key(
+        "number of states that are written as VTU, besides the one at the peak", 5, at_least=0, at_most=MOST_FRAMES
+    )
+    curve: Any = key(
+        'what curve.png draws, as in ["deflection", "load"]: names of columns of the history, first that of the abscissa. '
+        "Default: load over what was measured, else over the gauge that a stage controls, else over the opening",
+        None,
+    )

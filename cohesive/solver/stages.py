@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field
 from typing import Any
 
@@ -142,3 +143,14 @@ def event_text(event: dict[str, float]) -> str:
     """What `until` or `unload` waits for, for messages."""
     ((name, value),) = event.items()
     return f"{name} = {value:g}"
+
+
+def expected_steps(stages: Sequence[Stage]) -> int:
+    """Number of steps if none is cut."""
+    total, value = 0.0, 0.0
+    for stage in stages:
+        for target in stage.targets:
+            total += stage.count(abs(target - value)) + (stage.count(abs(target)) if stage.unload else 0.0)
+            value = 0.0 if stage.unload else target
+        value = 0.0
+    return round(total)

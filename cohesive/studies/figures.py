@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..arrays import Array
-from ..results.figures import abscissa, draw_reference, new_figure
+from ..results.figures import abscissa, draw_reference, new_figure, plain_legend, set_title
 
 if TYPE_CHECKING:
     from .comparison import ComparisonData, Profiles
@@ -32,7 +32,7 @@ def comparison_figure(comparison: ComparisonData[Any]) -> Figure:
         top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.5g} N")
     top.axhline(0.0, color="0.5", linewidth=0.6)
     top.set(xlabel=f"{what} (mm)", ylabel="load (N)")
-    top.legend(frameon=False)
+    plain_legend(top, top)
     travelled, gap = comparison.difference()
     below.plot(travelled, gap, color="C3", linewidth=1.0)
     below.axhline(0.0, color="0.5", linewidth=0.6)
@@ -40,7 +40,7 @@ def comparison_figure(comparison: ComparisonData[Any]) -> Figure:
     below.set(ylabel="smeared - discrete (N)")
     if profiles:
         _draw_profiles(figure.add_subplot(grid[:, 1]), profiles)
-    figure.suptitle(comparison.discrete.scene.title)
+    set_title(figure, comparison.discrete.scene.title)
     return figure
 
 
@@ -71,7 +71,8 @@ def trade_figure(trade: Trials) -> Figure:
     axes.loglog([], [], "s", color="C0", markersize=4, label="another problem: other model or material")
     axes.axhline(trade.own_error, color="0.6", linestyle=":", label="error of the reference itself")
     error = "largest relative error in peak, energy and curve, with that of the reference added"
-    axes.set(xlabel="CPU time (s)", ylabel=error, title=trade.scene.title)
+    axes.set(xlabel="CPU time (s)", ylabel=error)
+    set_title(figure, trade.scene.title)
     axes.legend(frameon=False, loc="upper right")
     figure.draw_without_rendering()  # the layout moves the axes, and with them the points
     _number(axes, np.array([(x, y) for _, x, y in trials]), colours)

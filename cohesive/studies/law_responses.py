@@ -80,13 +80,15 @@ def tables(law: CrackPlane) -> dict[str, tuple[str, Array]]:
 
 def save_figure(law: CrackPlane, path: Path) -> None:
     """The four panels as PNG."""
-    from ..results.figures import new_figure, save
+    from ..results.figures import new_figure, save, set_title
 
-    figure = new_figure(10.0, 7.6)
+    figure = new_figure(10.0, 8.0)
     axes = figure.subplots(2, 2)
     m, curves = law.concrete, tables(law)
-    figure.suptitle(
-        f"E = {m.E:g} MPa, ft = {m.ft:g} MPa, Gf = {m.Gf:g} N/mm, Zm = {m.Zm:.3g} mm, width = {law.width:g} mm", fontsize=10
+    set_title(
+        figure,
+        f"Young's modulus E = {m.E:g} MPa, tensile strength ft = {m.ft:g} MPa, fracture energy Gf = {m.Gf:g} N/mm,",
+        f"length of the asperities Zm = {m.Zm:.3g} mm, width of the crack plane {law.width:.3g} mm",
     )
     cyclic = curves["cyclic_tension"][1]
     axes[0, 0].plot(cyclic[:, 0], cyclic[:, 1], color="C0")
@@ -102,7 +104,9 @@ def save_figure(law: CrackPlane, path: Path) -> None:
     for c_zn in CLOSING:
         curve = curves[f"closing_c_zn_{c_zn:g}"][1]
         axes[1, 0].plot(curve[:, 0], curve[:, 1], label=f"c_zn = {c_zn:g}")
-    axes[1, 0].set(title="closing, by smoothing", xlabel="jump, normal (mm)", ylabel="traction, normal (MPa)")
+    axes[1, 0].set(
+        title="closing; a small c_zn smooths the contact", xlabel="jump, normal (mm)", ylabel="traction, normal (MPa)"
+    )
     axes[1, 0].set_ylim(-1.2 * m.ft, 1.2 * m.ft)
     axes[1, 0].legend(frameon=False, fontsize=8)
     _contact_surface(law, axes[1, 1])
@@ -126,10 +130,10 @@ def _contact_surface(law: CrackPlane, axes: Axes) -> None:
     axes.clabel(lines, fontsize=7, fmt="%.2g")
     axes.contour(u, s, phi, [0.0], colors="k", linewidths=1.6)
     axes.contour(u, s, phi, [reach], colors="k", linewidths=1.2, linestyles="--")
-    axes.plot([], [], "k", label="contact surface, phi = 0")
-    axes.plot([], [], "k--", label="contact begins, phi = ulm")
+    axes.plot([], [], "k", label="surfaces touch: phi = 0")
+    axes.plot([], [], "k--", label="asperities begin to touch: phi = ulm")
     axes.legend(frameon=True, fontsize=8, loc="lower left")
-    axes.set(title="signed distance phi (mm) at Z = Zm", xlabel="jump, normal (mm)", ylabel="jump, shear (mm)")
+    axes.set(title="distance phi (mm) from contact, crack fully grown", xlabel="jump, normal (mm)", ylabel="jump, shear (mm)")
 
 
 def softening_curves(concrete: Concrete, softening: Sequence[Any] = tuple(SOFTENING)) -> dict[str, Array]:

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..results.figures import abscissa, draw_reference, new_figure
+from ..results.figures import abscissa, draw_reference, new_figure, set_title
 from ..results.run_data import RunData
 
 #: more values than these have a bar of colours in place of a legend
@@ -47,7 +47,8 @@ def sweep_figure(
         if not is_done:
             axes.plot(x[-1:], load[-1:], "x", color=shade)
     axes.axhline(0.0, color="0.5", linewidth=0.6)
-    axes.set(xlabel=f"{what} (mm)", ylabel="load (N)", title=title)
+    axes.set(xlabel=f"{what} (mm)", ylabel="load (N)")
+    set_title(figure, title)
     entries = [*axes.get_legend_handles_labels()[0]]
     if colour.has_bar:
         figure.colorbar(colour.bar(), ax=axes, label=keys[0])

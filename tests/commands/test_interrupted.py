@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 import cohesive.algebra.choice
-import cohesive.results.figures
 import cohesive.results.files
+import cohesive.results.pictures
 import cohesive.solver.newton
 import meshing.polygon
 from cohesive import Scene, SceneError, run
@@ -31,7 +31,7 @@ PLACES = {
     "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
     "the first step": (cohesive.solver.newton, "next_state", 1),
     "Newton": (cohesive.solver.newton, "next_state", 8),
-    "the pictures": (cohesive.results.figures, "save_deformed", 1),
+    "the pictures": (cohesive.results.pictures, "save_curve", 1),
     "renaming a file": (os, "replace", 4),
 }
 

@@ -27,7 +27,7 @@ def test_files_of_a_run_in_3d(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert abs(jump[:, 0]).max() > 0.07
     np.testing.assert_allclose(mesh.cell_data["opening"][0][is_crack], -jump[:, 0], atol=1e-9)  # the normal is along -x
     assert not mesh.cell_data["opening"][0][~is_crack].any()
-    assert {"sliding", "damage", "stress_max", "stress_zz"} < set(mesh.cell_data)
+    assert {"sliding", "damage", "stress_max", "stress"} < set(mesh.cell_data)
     again = tmp_path / "again"
     assert main(["run", str(tmp_path / "scene.toml"), "-o", str(again)]) == 0
     assert (again / "history.csv").read_text().splitlines()[-1].split(",")[:3] == (

@@ -48,7 +48,7 @@ def test_the_readme_names_the_same_keys_and_columns() -> None:
             assert re.search(rf"\b{key.name}\b", block), f"{key.table}.{key.name}"
     for kind in specimen_kinds():
         assert f'"{kind}"' in block
-    columns = README[README.index("`history` holds one row") :]
+    columns = README[README.index("`history` holds the state") :]
     assert tuple(re.findall(r"\w+", columns[columns.index("`step,") : columns.index("stage`") + 5])) == COLUMN_NAMES
 
 

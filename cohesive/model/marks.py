@@ -1,0 +1,145 @@
+"""What holds, drives and measures a body, as marks for its picture and its table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from meshing.specimens import Specimen
+from meshing.specimens.base import MAIN_GAUGE, Direction, Location
+
+from ..arrays import Array
+from .boundary import extended, nodes_at
+from .mesh import CrackedMesh
+
+SUPPORT, DRIVE, GAUGE, PRESSURE = "held", "driven", "measured", "pressed"
+
+
+@dataclass(frozen=True)
+class Mark:
+    """One thing that is done to a body, or measured on it.
+
+    Attributes
+    ----------
+    kind : SUPPORT, DRIVE, GAUGE or PRESSURE
+    name : of the drive or gauge, or the location
+    points : (k, d) array, mm, where it is
+    directions : (n, d) array of unit vectors: those held, moved or measured; empty for the crack's mean normal
+    others : (l, d) array, mm, the location against which it moves or is measured; empty if there is none
+    text : a phrase for the table
+    """
+
+    kind: str
+    name: str
+    points: Array
+    directions: Array
+    others: Array
+    text: str
+
+
+def marks(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> list[Mark]:
+    """All marks of a specimen.
+
+    Raises
+    ------
+    SceneError
+        For a location that is not in the mesh.
+    """
+    return [
+        *_supports(specimen, mesh, plane, half),
+        *_drives(specimen, mesh, half),
+        *_gauges(specimen, mesh, half),
+        *_pressures(specimen, mesh),
+    ]
+
+
+def _supports(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> list[Mark]:
+    """One mark for each location that is held, with all its directions."""
+    found: dict[str, Mark] = {}
+    supports = [*specimen.held(half=half), *(specimen.held_across(plane) if mesh.dimension == 3 else [])]
+    for support in supports:
+        name = _place(support.at)
+        along = extended(specimen, mesh, support.direction)
+        directions = np.eye(mesh.dimension) if along is None else np.array([along])
+        gives = "" if support.stiffness is None else f", gives way by 1 mm under {support.stiffness:.4g} N"
+        rotates = "" if support.lever is None else ", rotates freely"
+        own = Mark(SUPPORT, name, _points(mesh, "supports.at", support.at), directions, _none(mesh), gives + rotates)
+        if name in found:
+            before = found[name]
+            own = replace(own, directions=np.concatenate([before.directions, directions]), text=before.text + own.text)
+        found[name] = own
+    if half and mesh.crack is not None and (normal := extended(specimen, mesh, specimen.symmetry())) is not None:
+        crack = mesh.points[np.unique(mesh.crack.data)]
+        found[""] = Mark(SUPPORT, "the plane of symmetry", crack, np.array([normal]), _none(mesh), ", where the crack opens")
+    return [replace(mark, text=f"along {_vectors(mark.directions)}{mark.text}") for mark in found.values()]
+
+
+def _drives(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
+    found = []
+    for name, drive in specimen.drives(half=half).items():
+        vectors = [extended(specimen, mesh, each) for each in (drive.direction, drive.shear) if each is not None]
+        others, where = _none(mesh), _place(drive.at)
+        if drive.against is not None:
+            others, where = _points(mesh, "drive.at", drive.against), f"{where} against {_place(drive.against)}"
+        at, directions = _points(mesh, "drive.at", drive.at), np.array(vectors, dtype=float)
+        found.append(Mark(DRIVE, name, at, directions, others, f"{where} along {_vectors(directions, ' or ')}"))
+    return found
+
+
+def _gauges(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
+    found = []
+    for name, gauge in specimen.gauges(half=half).items():
+        plus = _points(mesh, "gauge", gauge.plus)
+        if gauge.minus is None:
+            others, where = _none(mesh), f"{_place(gauge.plus)} against its mirror image"
+        elif gauge.minus == gauge.plus:
+            others, where = plus, f"the sides of the crack at {_place(gauge.plus)}"
+        else:
+            others, where = _points(mesh, "gauge", gauge.minus), f"{_place(gauge.plus)} against {_place(gauge.minus)}"
+        along = extended(specimen, mesh, gauge.direction)
+        directions = np.zeros((0, mesh.dimension)) if along is None else np.array([along])
+        text = f"{where} along {_vectors(directions) if len(directions) else 'the mean normal of the crack'}"
+        found.append(Mark(GAUGE, name, plus, directions, others, text))
+    if not specimen.has_main_gauge and mesh.faces is not None:
+        none = _none(mesh)
+        found.insert(0, Mark(GAUGE, MAIN_GAUGE, none, none, none, "the mean jump over the crack"))
+    return found
+
+
+def _pressures(specimen: Specimen, mesh: CrackedMesh) -> list[Mark]:
+    found = []
+    for pressure in specimen.pressures():
+        at = _points(mesh, "pressures.at", pressure.at)
+        found.append(
+            Mark(PRESSURE, pressure.at, at, _none(mesh), _none(mesh), f"by {pressure.value:g} MPa from the beginning")
+        )
+    return found
+
+
+def _points(mesh: CrackedMesh, key: str, at: Location) -> Array:
+    points: Array = mesh.points[nodes_at(mesh, key, at)]
+    return points
+
+
+def _none(mesh: CrackedMesh) -> Array:
+    return np.zeros((0, mesh.dimension))
+
+
+def _place(at: Location) -> str:
+    return at if isinstance(at, str) else _vector(at)
+
+
+def _vectors(vectors: Array, between: str = " and ") -> str:
+    return between.join(_axis(vector) or _vector(vector) for vector in vectors)
+
+
+def _axis(vector: Sequence[float] | Array) -> str:
+    """x, -y ... for a vector along an axis; empty for another one."""
+    large = [i for i, component in enumerate(vector) if abs(component) > 1e-9]
+    return ("-" if vector[large[0]] < 0 else "") + "xyz"[large[0]] if len(large) == 1 else ""
+
+
+def _vector(vector: Direction | Array) -> str:
+    return f"({', '.join(f'{component:.4g}' for component in vector)})"

@@ -1,0 +1,71 @@
+"""Numbers of a run's curve and its energies, for run.json and notebooks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array
+
+if TYPE_CHECKING:
+    from .run_data import RunData
+
+_ENERGIES = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
+
+#: the initial stiffness is that of the steps up to this part of the peak; of the first step if it is larger
+_INITIAL = 0.4
+
+
+def controlled(data: RunData) -> str:
+    """Name of the column over which the load is drawn: what was measured, else the last gauge that a stage controls, else
+    the opening."""
+    if data.reference is not None:
+        return data.reference.against
+    names = [stage.control for stage in data.scene.stages if data.unit_of(stage.control) == "mm"]
+    return names[-1] if names else "opening"
+
+
+def energies(data: RunData) -> dict[str, float]:
+    """The energies of the last row, N mm."""
+    return {name: float(data.history[name][-1]) for name in _ENERGIES} if data.steps else {}
+
+
+def curve_measures(data: RunData) -> dict[str, Any]:
+    """Measures of the load over a motion x, both columns of the history.
+
+    Returns
+    -------
+    measures : over (the name of x), initial_stiffness (N/mm), peak (N), at_peak (mm), fallen_to_half_at (mm; None if the load
+        does not fall to half the peak), area (N mm, under the load over x to the end), last (N)
+    """
+    if not data.steps:
+        return {}
+    name = controlled(data)
+    x, load, peak = data.history[name], data.history["load"], data.peak_row
+    return {
+        "over": name,
+        "initial_stiffness": _initial(x[: peak + 1], load[: peak + 1]),
+        "peak": float(load[peak]),
+        "at_peak": float(x[peak]),
+        "fallen_to_half_at": _fallen(x[peak:], load[peak:]),
+        "area": float(0.5 * (load[1:] + load[:-1]) @ np.diff(x)),
+        "last": float(load[-1]),
+    }
+
+
+def _initial(x: Array, load: Array) -> float | None:
+    """Slope of a rising branch as it begins, N/mm; None if nothing moves."""
+    early = max(int(np.searchsorted(np.maximum.accumulate(load), _INITIAL * load[-1], side="right")) - 1, 1)
+    moved = float(x[early] - x[0])
+    return float(load[early] - load[0]) / moved if moved else None
+
+
+def _fallen(x: Array, load: Array) -> float | None:
+    """Where a branch that begins with the peak falls to half of it, mm."""
+    below = np.flatnonzero(load <= 0.5 * load[0])
+    if not len(below) or load[0] <= 0:
+        return None
+    after = int(below[0])
+    share = (load[after - 1] - 0.5 * load[0]) / (load[after - 1] - load[after])
+    return float(x[after - 1] + share * (x[after] - x[after - 1]))

@@ -1,0 +1,49 @@
+"""The pictures among a run's files. One that cannot be drawn costs a sentence, not the run."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import SceneError
+from .body_figures import save_deformed
+from .figures import save_curve
+from .files import write_file
+from .mesh_figure import save_mesh
+
+if TYPE_CHECKING:
+    from .run_data import RunData
+
+
+def write_pictures(data: RunData, folder: Path) -> list[str]:
+    """mesh.png, curve.png and deformed.png; without a converged step the first one only. Those of an earlier run go.
+
+    Returns
+    -------
+    notes : a sentence for each picture that could not be drawn
+
+    Raises
+    ------
+    SceneError
+        If a file cannot be written.
+    """
+    notes = []
+    pictures = (
+        ("mesh.png", partial(save_mesh, data.scene, data.model.mesh)),
+        ("curve.png", partial(save_curve, data)),
+        ("deformed.png", partial(save_deformed, data)),
+    )
+    for name, draw in pictures:
+        path = folder / name
+        if not data.steps and name != "mesh.png":
+            path.unlink(missing_ok=True)
+            continue
+        try:
+            write_file(path, draw)
+        except SceneError:
+            raise
+        except Exception as error:  # whatever a title, a label or a mesh brings about: the numbers are worth more
+            path.unlink(missing_ok=True)
+            notes.append(f"warning: {name} could not be drawn: {type(error).__name__}: {error}")
+    return notes
