@@ -11,7 +11,7 @@ from importlib import metadata
 from meshing.errors import MeshError
 
 from ..errors import SceneError
-from . import compare, evaluate, fit, keys, law, run, scenes, sweep, trade
+from . import compare, evaluate, fit, keys, law, run, scenes, show, sweep, trade
 from .common import BAD_INPUT, INTERRUPTED, gather_ranks
 
 
