@@ -40,7 +40,7 @@ def test_unloading_after_each_target(model: str) -> None:
 def test_unloading_that_leads_away_ends_at_once(unload: dict[str, float]) -> None:
     result = run(block(stage=[{"control": "opening", "to": [0.02], "steps": 10, "unload": unload}]))
     assert any("leads away from" in note for note in result.notes)
-    assert result.history["opening"].min() >= 0.002 * (1 - 1e-9)  # it did not press the crack together
+    assert result.history["opening"][1:].min() >= 0.002 * (1 - 1e-9)  # it did not press the crack together
 
 
 def test_unloading_goes_as_deep_as_it_must() -> None:
@@ -52,9 +52,9 @@ def test_unloading_goes_as_deep_as_it_must() -> None:
 
 def test_a_target_that_is_reached_already_takes_no_step() -> None:
     stages = [{"control": "opening", "to": [0.02, 0.02], "steps": 10}, {"control": "opening", "to": 0.02, "steps": 20}]
-    assert len(run(block(stage=stages)).history["step"]) == 10
+    assert run(block(stage=stages)).history["step"][-1] == 10
     assert (
-        list(run(block(stage=[*stages, {"control": "opening", "to": 0.03, "steps": 2}])).history["stage"])
+        list(run(block(stage=[*stages, {"control": "opening", "to": 0.03, "steps": 2}])).history["stage"][1:])
         == [1] * 10 + [3] * 2
     )
 
