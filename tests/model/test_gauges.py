@@ -115,7 +115,7 @@ def test_gauges_on_a_mesh_of_ones_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["discrete", "smeared"])
 def test_the_lengths_of_the_crack(kind: str) -> None:
     h = run(BEAM.with_(**{"model.kind": kind, "stage.0.to": [0.001, 0.5], "stage.0.steps": 20})).history
-    effective, cohesive = h["effective_length"], h["cohesive_length"]
+    effective, cohesive = h["effective_length"][1:], h["cohesive_length"][1:]  # none without a load
     assert effective[0] == pytest.approx(25.0, abs=1.5)
     assert (np.diff(effective) > -1e-9).all() and 46.0 < effective[-1] < 50.0
     assert cohesive[0] < 6.0 and 20.0 < cohesive.max() <= 25.0
