@@ -67,7 +67,7 @@ def main(steps: int = 40, plot: Path | None = None) -> Measured:
     beam, panel = results["petersson"], results["l-panel"]
     b, m = beam.scene.specimen, beam.scene.material
     assert b.crack_area is not None
-    slope = float(results["stiff"].history["load"][0] / results["stiff"].history["driven"][0])
+    slope = float(results["stiff"].history["load"][1] / results["stiff"].history["driven"][1])
     found = Measured(
         float(beam.history["work"][-1]) / (m.Gf * b.crack_area),
         slope,

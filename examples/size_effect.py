@@ -79,7 +79,7 @@ def lefm(beam: Scene) -> float:
     compliance = []
     for notch in (body.notch - step, body.notch + step):
         h = run(beam.with_(**{"specimen.notch": notch})).history
-        compliance.append(h["driven"][0] / h["load"][0])
+        compliance.append(h["driven"][-1] / h["load"][-1])
     slope = (compliance[1] - compliance[0]) / (2.0 * step)
     load = np.sqrt(2.0 * body.thickness * beam.material.Gf / slope)
     return float(nominal(beam, load) * np.sqrt(body.depth))

@@ -189,8 +189,8 @@ def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
     values = [value for table in tables.values() for row in table.values() for value in row.values()]
     assert np.isfinite(values).all() and min(values) >= 0  # an earlier test may have taken more memory
     assert tables["bulk"]["wide"]["active, ratio"] == 1 < tables["bulk"]["wide"]["unknowns, ratio"]
-    # 10 and 20 elements along the crack, an unknown for each of two jumps at each node but the tip, drive and gauge
-    assert 1.7 < tables["crack"]["fine"]["active, ratio"] < 2.0
+    # 10 and 20 elements along the crack, an unknown for each of two jumps at each node but the tip; drive and gauges, which stay
+    assert 1.5 < tables["crack"]["fine"]["active, ratio"] < 2.0
     steps = {
         line.split()[0]
         for line in capsys.readouterr().out.splitlines()
@@ -206,9 +206,9 @@ def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     assert set(tables) == {"analysis", "growth", "elastic"}
     assert tables["growth"]["finer"]["active, ratio"] > 1.5
     for name, row in tables["analysis"].items():
-        # the smallest systems are factored in every iteration, and twice more: whether the body is held, and whether the
-        # drive changes what the first stage controls
-        assert row["factorizations"] == row["iterations"] + 2, name
+        # the smallest systems are factored in every iteration, and three times more: whether the drive changes what the
+        # first stage controls, and twice on the elastic way to the onset of damage
+        assert row["factorizations"] == row["iterations"] + 3, name
     assert capsys.readouterr().out.count("coarse") == 4  # one as soon as it is done
 
 

@@ -121,7 +121,10 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
         found["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
     found |= _width(scene, like, settings, crack)
     found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
-    return {key: value for key, value in found.items() if value != _current(scene, key)}
+    changed = {key: value for key, value in found.items() if value != _current(scene, key)}
+    if "mesh.crack_size" in changed:  # else a far size that is not named would follow it
+        changed["mesh.far_size"] = found["mesh.far_size"]
+    return changed
 
 
 def _layers(scene: Scene, like: Scene, settings: Settings) -> Changes:
