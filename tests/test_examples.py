@@ -189,7 +189,7 @@ def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
     values = [value for table in tables.values() for row in table.values() for value in row.values()]
     assert np.isfinite(values).all() and min(values) >= 0  # an earlier test may have taken more memory
     assert tables["bulk"]["wide"]["active, ratio"] == 1 < tables["bulk"]["wide"]["unknowns, ratio"]
-    # 10 and 20 elements along the crack, an unknown for each of two jumps at each node but the tip; drive and gauges, which stay
+    # 10 and 20 elements along the crack, an unknown for each of two jumps at each node but the tip; drive and gauges
     assert 1.5 < tables["crack"]["fine"]["active, ratio"] < 2.0
     steps = {
         line.split()[0]

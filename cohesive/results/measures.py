@@ -13,9 +13,6 @@ if TYPE_CHECKING:
 
 _ENERGIES = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
 
-#: the initial stiffness is that of the steps up to this part of the peak; of the first step if it is larger
-_INITIAL = 0.4
-
 
 def controlled(data: RunData) -> str:
     """Name of the column over which the load is drawn: what was measured, else the last gauge that a stage controls, else
@@ -36,8 +33,8 @@ def curve_measures(data: RunData) -> dict[str, Any]:
 
     Returns
     -------
-    measures : over (the name of x), initial_stiffness (N/mm), peak (N), at_peak (mm), fallen_to_half_at (mm; None if the load
-        does not fall to half the peak), area (N mm, under the load over x to the end), last (N)
+    measures : over (the name of x), initial_stiffness (N/mm, of the undamaged body; None if x is no motion), peak (N), at_peak
+        (mm), fallen_to_half_at (mm; None if the load does not fall to half the peak), area (N mm, under the load over x to the end), last (N)
     """
     if not data.steps:
         return {}
@@ -45,20 +42,13 @@ def curve_measures(data: RunData) -> dict[str, Any]:
     x, load, peak = data.history[name], data.history["load"], data.peak_row
     return {
         "over": name,
-        "initial_stiffness": _initial(x[: peak + 1], load[: peak + 1]),
+        "initial_stiffness": data.initial_stiffness(name),
         "peak": float(load[peak]),
         "at_peak": float(x[peak]),
         "fallen_to_half_at": _fallen(x[peak:], load[peak:]),
         "area": float(0.5 * (load[1:] + load[:-1]) @ np.diff(x)),
         "last": float(load[-1]),
     }
-
-
-def _initial(x: Array, load: Array) -> float | None:
-    """Slope of a rising branch as it begins, N/mm; None if nothing moves."""
-    early = max(int(np.searchsorted(np.maximum.accumulate(load), _INITIAL * load[-1], side="right")) - 1, 1)
-    moved = float(x[early] - x[0])
-    return float(load[early] - load[0]) / moved if moved else None
 
 
 def _fallen(x: Array, load: Array) -> float | None:

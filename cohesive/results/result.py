@@ -98,6 +98,7 @@ class Result(RunData):
             scene=saved.scene, model=saved.model, history=saved.history, notes=facts["notes"], found=None,
             reference=load_reference(saved.scene), timings=facts["timings"], states=SavedStates(len(saved.history["step"])),
             way=np.array(facts["way"] or []), _displacements={}, _added_compliance=facts["added_compliance"],
+            _initial_stiffness={facts["curve"].get("over"): facts["curve"].get("initial_stiffness")},
             told="\n".join(facts["summary"]),
         )  # fmt: skip
         return loaded

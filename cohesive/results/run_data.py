@@ -11,6 +11,7 @@ from meshing.paths import along_paths
 from ..arrays import Array
 from .agreement import Agreement, agreements
 from .frames import Frame, frame_of
+from .measures import controlled
 from .pickling import without_factors
 
 if TYPE_CHECKING:
@@ -58,9 +59,12 @@ class RunData:
         self.way = record.way
         self._displacements: dict[int, Array] | None = None  # of all rows with a state, in a result from a pickle
         self._added_compliance: float | None = None
+        self._initial_stiffness: dict[str, float | None] = {}  # by what was asked for
         self.told: str | None = None
 
     def __getstate__(self) -> dict[str, Any]:
+        if self._displacements is None and len(self.states):
+            self.initial_stiffness(controlled(self))
         kept = self.__dict__.copy()
         if self._displacements is None:
             kept["_displacements"] = {row: self.displacement(row) for row in self.states.kept.tolist()}
@@ -171,6 +175,20 @@ class RunData:
         """Whether the opening is measured over a length of the body, not as the mean jump."""
         return self.scene.specimen.has_main_gauge
 
+    def initial_stiffness(self, motion: str) -> float | None:
+        """Load over a motion of the undamaged body, N/mm; None for a column that is no linear measure of displacements.
+
+        Parameters
+        ----------
+        motion : name of a gauge, or "driven"
+        """
+        if motion not in self._initial_stiffness:
+            problem = self.problem
+            row = problem.drive if motion == "driven" else problem.measures.get(motion)
+            moved = 0.0 if row is None else float(row @ problem.response(problem.point_law.elastic()))
+            self._initial_stiffness[motion] = 1.0 / moved if moved else None
+        return self._initial_stiffness[motion]
+
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, as a part of it.
 
@@ -212,7 +230,8 @@ class RunData:
     def opening_profile(self, row: int) -> tuple[Array, Array]:
         """Positions (p, d) and openings (p,) of the points with cracks in a row of the history, mm, in the order of
         `profile_distance`. In a band the opening is l_ch times the fracture strain."""
-        values = self.model.cracks.point_values(self.states[row])
+        state = self.states[row]
+        values = self.model.cracks.point_values(state)
         order = np.argsort(self._distance(), kind="stable")
         return self.model.cracks.where[order], values["opening"][order]
 

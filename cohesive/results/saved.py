@@ -100,7 +100,10 @@ class Saved:
         for name in ("history.csv", "run.json", "scene.toml"):
             if not (folder / name).is_file():
                 raise SceneError(f"'{folder}': there is no {name}; expected the folder of a run that was saved")
-        scene = Scene.load(folder / "scene.toml")
+        try:
+            scene = Scene.load(folder / "scene.toml")
+        except SceneError as error:
+            raise SceneError(f"'{folder / 'scene.toml'}': {error}", error.key) from None
         try:
             facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
             with open(folder / "history.csv", encoding="utf-8", newline="") as file:

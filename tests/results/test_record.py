@@ -1,0 +1,112 @@
+"""Rows of a run as they come: which states a long run keeps, and what an interruption leaves."""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cohesive import Result, run
+from cohesive.results.record import Record, States
+from cohesive.solver.problem import State
+from tests.builders import block, plate
+
+
+def state(number: int) -> State:
+    return State(np.array([float(number)]), 0.0, None)
+
+
+def kept_of(rows: int, peak: int, frames: int = 5) -> States:
+    states = States(frames)
+    for row in range(rows):
+        states.append(state(row), -abs(row - peak))
+    return states
+
+
+@pytest.mark.parametrize("peak", [3, 777, 4999, 19999])
+def test_a_long_run_keeps_an_even_spread_the_peak_and_the_last(peak: int) -> None:
+    states = kept_of(20_000, peak)
+    assert len(states) == 20_000 and len(states.kept) <= 1003
+    assert {0, peak, 19_999} <= set(states.kept.tolist())
+    assert np.diff(states.kept).max() <= 2 * 20_000 / 1000  # never less than half of what it may keep
+    assert all(states[row].v[0] == row for row in states.kept) and states[-1].v[0] == 19_999
+
+
+def test_memory_does_not_grow_from_row_to_row() -> None:
+    counts = [len(kept_of(rows, 40).kept) for rows in (1001, 2001, 5000, 20_000, 70_000)]
+    assert max(counts) <= 1003
+
+
+def test_a_run_of_1000_rows_keeps_all_and_frames_ask_for_more() -> None:
+    assert len(kept_of(1000, 10).kept) == 1000
+    many = kept_of(20_000, 10, frames=1000)
+    assert np.diff(many.kept).max() <= 4  # 20 rows from frame to frame, met within a tenth
+
+
+def test_the_peak_is_the_first_of_the_largest_and_not_the_unloaded_row() -> None:
+    states = States()
+    loads = [0.0, *[-2.0] * 1500, -1.0, *[-1.0] * 2000]
+    for row, load in enumerate(loads):
+        states.append(state(row), load)
+    assert 1501 in states.kept and 1502 not in states.kept[states.kept % 4 != 0]
+
+
+def test_a_state_that_was_not_kept_is_named() -> None:
+    states = kept_of(5000, 10)
+    with pytest.raises(LookupError, match=r"row 1001: of 5000 rows the states of multiples of 8, .*output.frames") as caught:
+        states[1001]
+    assert not isinstance(caught.value, IndexError)  # which would end an iteration in silence
+    with pytest.raises(IndexError, match=r"row 5000: the run has 5000 rows"):
+        states[5000]
+
+
+def test_frames_of_a_long_run_are_the_nearest_that_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cohesive.results.record._ALL_KEPT", 10)
+    result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 90}], output__frames=3))
+    assert len(result.states.kept) < 40
+    assert result.frame_rows() == sorted({result.peak_row, 28, 60, 90})
+    frame = result.frame(-1)
+    assert frame.step == 90 and result.frame(result.peak_row).step == result.peak_row
+
+
+def test_a_row_that_an_interruption_cut_short_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run(block())
+    record = Record(result.problem)
+    for row in range(3):
+        record.append(result.row(row), result.states[row])
+
+    class Interrupting(array):  # type: ignore[type-arg]
+        def append(self, value: Any) -> None:
+            raise KeyboardInterrupt
+
+    record._columns["opening"] = Interrupting("d", record._columns["opening"])
+    with pytest.raises(KeyboardInterrupt):
+        record.append(result.row(3), result.states[3])
+    assert {len(values) for values in record.history.values()} == {3} and len(record.way) == len(record.states) == 3
+
+
+def test_the_history_begins_with_the_unloaded_state_and_counts_whole_numbers() -> None:
+    result = run(block())
+    assert isinstance(result, Result)
+    first = result.row(0)
+    assert {name: value for name, value in first.items() if value} in (
+        {"stage": 1},
+        {"stage": 1, "effective_length": first["effective_length"]},
+    )
+    assert result.steps == 8 and list(result.history["step"]) == list(range(9))
+    assert {name for name, values in result.history.items() if values.dtype.kind == "i"} == {
+        "step",
+        "iterations",
+        "cuts",
+        "stage",
+    }
+
+
+def test_the_way_is_that_of_the_drive_there_and_back_or_of_a_platen() -> None:
+    result = run(block(stage=[{"control": "driven", "to": [0.02, 0.01], "steps": 5}]))
+    np.testing.assert_allclose(result.way, np.r_[0.0, np.cumsum(abs(np.diff(result.history["driven"])))], atol=1e-15)
+    assert result.way[-1] == pytest.approx(0.03, rel=1e-8)
+    oblique = run(plate(stage=[{"control": "driven", "to": 0.01, "steps": 3, "angle": 30}]))
+    np.testing.assert_allclose(oblique.way, oblique.history["driven"], rtol=1e-12)
