@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 
 from ..arrays import Array
 from .agreement import agreements
-from .measures import controlled
 
 if TYPE_CHECKING:
     from ..scenes.measured import Reference
@@ -48,9 +47,9 @@ def save_curve(data: RunData, path: Path) -> None:
 
 def draw_curve(axes: Axes, data: RunData) -> None:
     """The curve that the scene asks for; without one the load over the way of a platen that moves both ways, else over what
-    `measures.controlled` says."""
+    `RunData.controlled` says."""
     history, reference = data.history, data.reference
-    name, over = data.scene.output.curve or (controlled(data), "load")
+    name, over = data.scene.output.curve or (data.controlled, "load")
     if data.drives_both_ways and data.scene.output.curve is None:
         label, x, y = abscissa(data)
         axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)")

@@ -14,15 +14,6 @@ if TYPE_CHECKING:
 _ENERGIES = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
 
 
-def controlled(data: RunData) -> str:
-    """Name of the column over which the load is drawn: what was measured, else the last gauge that a stage controls, else
-    the opening."""
-    if data.reference is not None:
-        return data.reference.against
-    names = [stage.control for stage in data.scene.stages if data.unit_of(stage.control) == "mm"]
-    return names[-1] if names else "opening"
-
-
 def energies(data: RunData) -> dict[str, float]:
     """The energies of the last row, N mm."""
     return {name: float(data.history[name][-1]) for name in _ENERGIES} if data.steps else {}
@@ -34,11 +25,12 @@ def curve_measures(data: RunData) -> dict[str, Any]:
     Returns
     -------
     measures : over (the name of x), initial_stiffness (N/mm, of the undamaged body; None if x is no motion), peak (N), at_peak
-        (mm), fallen_to_half_at (mm; None if the load does not fall to half the peak), area (N mm, under the load over x to the end), last (N)
+        (mm), fallen_to_half_at (mm; None if the load does not fall to half the peak), area (N mm,
+        under the load over x to the end), last (N)
     """
     if not data.steps:
         return {}
-    name = controlled(data)
+    name = data.controlled
     x, load, peak = data.history[name], data.history["load"], data.peak_row
     return {
         "over": name,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..solver.problem import Problem, State
 
 #: rows up to which a run keeps every state; a longer one keeps at least half as many, evenly spread
-_ALL_KEPT = 1000
+ALL_KEPT = 1000
 
 #: states of a longer run for each frame that is asked for, so that frames are spread evenly too
 _FOR_A_FRAME = 8
@@ -33,7 +33,7 @@ class States(Sequence["State"]):
 
     def __init__(self, frames: int = 0) -> None:
         self._rows = 0
-        self._most = max(_ALL_KEPT, _FOR_A_FRAME * frames)
+        self._most = max(ALL_KEPT, _FOR_A_FRAME * frames)
         self._apart = 1
         self._kept: dict[int, State] = {}
         self._peak, self._largest = 0, -np.inf
@@ -93,7 +93,7 @@ class Record:
     def __init__(self, problem: Problem, frames: int = 0, done: Iterable[tuple[dict[str, float], State]] = ()) -> None:
         self.states = States(frames)
         self._problem = problem
-        self._columns: dict[str, array[float] | array[int]] = {}
+        self.columns: dict[str, array[float] | array[int]] = {}
         self._way = array("d")
         self._motions: Array | None = None  # of the drives in the last row
         for row, state in done:
@@ -101,10 +101,10 @@ class Record:
 
     def append(self, row: dict[str, float], state: State) -> None:
         """Add a row of the history with its state; wholly or, if an interruption comes between, not at all."""
-        if not self._columns:
-            self._columns = {name: array("q" if isinstance(value, int) else "d") for name, value in row.items()}
+        if not self.columns:
+            self.columns = {name: array("q" if isinstance(value, int) else "d") for name, value in row.items()}
         for name, value in row.items():
-            self._columns[name].append(value)  # type: ignore[arg-type]
+            self.columns[name].append(value)  # type: ignore[arg-type]
         motions = self._motions_of(state)
         gone = 0.0 if self._motions is None else float(np.linalg.norm(motions - self._motions))
         self._way.append(gone + (self._way[-1] if self._way else 0.0))
@@ -119,7 +119,7 @@ class Record:
     @property
     def history(self) -> dict[str, Array]:
         """The columns of the history, (rows,) each."""
-        return {name: np.array(values[: self.rows]) for name, values in self._columns.items()}
+        return {name: np.array(values[: self.rows]) for name, values in self.columns.items()}
 
     @property
     def way(self) -> Array:

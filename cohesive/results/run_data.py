@@ -11,7 +11,6 @@ from meshing.paths import along_paths
 from ..arrays import Array
 from .agreement import Agreement, agreements
 from .frames import Frame, frame_of
-from .measures import controlled
 from .pickling import without_factors
 
 if TYPE_CHECKING:
@@ -64,13 +63,22 @@ class RunData:
 
     def __getstate__(self) -> dict[str, Any]:
         if self._displacements is None and len(self.states):
-            self.initial_stiffness(controlled(self))
+            self.initial_stiffness(self.controlled)
         kept = self.__dict__.copy()
         if self._displacements is None:
             kept["_displacements"] = {row: self.displacement(row) for row in self.states.kept.tolist()}
             kept["_added_compliance"] = self.added_compliance() if len(self.states) else None
             kept["model"] = without_factors(self.model)
         return kept
+
+    @property
+    def controlled(self) -> str:
+        """Name of the column over which the load is drawn: what was measured, else the last gauge that a stage controls, else
+        the opening."""
+        if self.reference is not None:
+            return self.reference.against
+        names = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
+        return names[-1] if names else "opening"
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""

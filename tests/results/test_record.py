@@ -63,7 +63,7 @@ def test_a_state_that_was_not_kept_is_named() -> None:
 
 
 def test_frames_of_a_long_run_are_the_nearest_that_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.results.record._ALL_KEPT", 10)
+    monkeypatch.setattr("cohesive.results.record.ALL_KEPT", 10)
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 90}], output__frames=3))
     assert len(result.states.kept) < 40
     assert result.frame_rows() == sorted({result.peak_row, 28, 60, 90})
@@ -81,7 +81,7 @@ def test_a_row_that_an_interruption_cut_short_is_left_out(monkeypatch: pytest.Mo
         def append(self, value: Any) -> None:
             raise KeyboardInterrupt
 
-    record._columns["opening"] = Interrupting("d", record._columns["opening"])
+    record.columns["opening"] = Interrupting("d", record.columns["opening"])
     with pytest.raises(KeyboardInterrupt):
         record.append(result.row(3), result.states[3])
     assert {len(values) for values in record.history.values()} == {3} and len(record.way) == len(record.states) == 3
