@@ -122,7 +122,7 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
     found |= _width(scene, like, settings, crack)
     found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
     changed = {key: value for key, value in found.items() if value != _current(scene, key)}
-    if "mesh.crack_size" in changed:  # else a far size that is not named would follow it
+    if "mesh.crack_size" in changed and "far_size" not in scene.data.get("mesh", {}):  # which would follow it
         changed["mesh.far_size"] = found["mesh.far_size"]
     return changed
 
