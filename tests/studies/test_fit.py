@@ -52,7 +52,7 @@ def test_the_truth_is_recovered_from_a_start_off_by_half() -> None:
         assert found.values[key] == pytest.approx(value, rel=1e-3)
     assert found.rms < 1e-4
     assert found.condensations == 1
-    # runs' worth of work, derivatives in 3 numbers cost .2 to .3 of a run; 8 steps, 10 with SciPy 1.11
+    # runs' worth of work, derivatives in 3 numbers cost .2 to .3 of a run; 8 steps, 10 with SciPy 1.12
     assert found.runs + 0.3 * found.sensitivities <= 13
     assert Scene({**beam().data, "material": {**beam().data["material"], "ft": 2.9}}).material.ft == 2.9
     assert "ft = " in found.scene
