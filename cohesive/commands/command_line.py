@@ -17,7 +17,7 @@ from .common import BAD_INPUT, INTERRUPTED, gather_ranks
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status."""
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     try:
         gather_ranks(options)
         return int(options.execute(options))
@@ -32,10 +32,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete and smeared.")
-    parser.add_argument("--version", action="version", version=f"cohesive-cracks {metadata.version('cohesive-cracks')}")
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+def parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
+    whole = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete and smeared.")
+    whole.add_argument("--version", action="version", version=f"cohesive-cracks {metadata.version('cohesive-cracks')}")
+    commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for command in (run, show, compare, trade, sweep, fit, evaluate, law, scenes, keys):
         command.add_parser(commands)
-    return parser
+    return whole
