@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import inspect
 import json
@@ -9,10 +10,11 @@ import re
 import shutil
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import cohesive
-from cohesive.commands.command_line import parser
+from cohesive.commands.command_line import COMMANDS
 from cohesive.scenes.keys import scene_keys, specimen_kinds
 from cohesive.solver.columns import COLUMNS
 
@@ -71,18 +73,13 @@ def columns() -> str:
 def commands() -> str:
     """The help of each command."""
     parts = ["# Commands in full"]
-    (choices,) = (action.choices for action in parser()._actions if action.choices)
-    for name, each in choices.items():
-        each.formatter_class = lambda prog: argparse_formatter(prog, width=100)
+    choices = argparse.ArgumentParser(prog="cohesive").add_subparsers()
+    for command in COMMANDS:
+        command.add_parser(choices)
+    for name, each in choices.choices.items():
+        each.formatter_class = partial(argparse.HelpFormatter, width=100)  # whatever the terminal
         parts += [f"## cohesive {name}", f"```text\n{each.format_help()}```"]
     return "\n\n".join(parts)
-
-
-def argparse_formatter(prog: str, width: int):  # type: ignore[no-untyped-def]
-    """argparse's formatter at a width that does not depend on the terminal."""
-    import argparse
-
-    return argparse.HelpFormatter(prog, width=width)
 
 
 def api() -> str:
