@@ -31,6 +31,9 @@ from .common import (
     trade_folder,
 )
 
+#: frames of a run with a movie, at least
+MOVIE_FRAMES = 40
+
 #: expected seconds from which on a run says beforehand, on a terminal, what it will take
 LONG = 60.0
 
@@ -41,6 +44,9 @@ def add_parser(commands: Commands) -> None:
     add_scene(p, "the scene's name", "material.Gf=0.1", may_lack=True)
     p.add_argument("--resume", metavar="DIR", help="go on with a run that was killed or interrupted, in its folder; no SCENE")
     p.add_argument("--model", help="discrete or smeared, overrides model.kind")
+    p.add_argument(
+        "--movie", nargs="?", const="movie.gif", metavar="FILE", help="also an animation: movie.gif, or FILE (.gif or .mp4)"
+    )
     p.add_argument("--accuracy", metavar="A", help="choose mesh, steps and solver for a relative error, as in 1%% or 0.01")
     add_verbose(p)
     p.set_defaults(execute=_execute, can_share=True)
@@ -54,6 +60,8 @@ def _execute(options: argparse.Namespace) -> int:
     scene = load_scene(options)
     if options.model:
         scene = scene.with_(**{"model.kind": options.model})
+    if options.movie:
+        scene = scene.with_(**{"output.frames": max(scene.output.frames, MOVIE_FRAMES)})
     folder = Path(options.output or Path(options.scene).stem)
     with held(folder):  # refused now, not after an hour
         notes = []
@@ -101,12 +109,25 @@ def _finished(
         result.save(folder)
     finally:  # the numbers are there, whatever became of the files
         print(result.summary())
+    if options.movie and result.steps:
+        _save_movie(folder, folder / options.movie)
     print(f"files: {folder}/  ({', '.join(name for name in FILES if (folder / name).exists())})")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
         if (folder / CHECKPOINT).exists():
             print(f"cohesive: to go on: cohesive run --resume {folder}", file=sys.stderr)
     return status
+
+
+def _save_movie(folder: Path, path: Path) -> None:
+    """The movie of a run that was saved."""
+    from ..results.movie import write_movie  # with matplotlib
+    from ..results.views import Views
+
+    views = Views.from_folder(folder)
+    with progress(len(views.rows), "frame") as bar:
+        write_movie(views, path, bar.update)
+    print(f"movie: {path}  ({path.stat().st_size / 1e6:.2g} MB)")
 
 
 def _accurate(scene: Scene, options: argparse.Namespace) -> tuple[Scene, str]:
