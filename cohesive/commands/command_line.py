@@ -11,11 +11,11 @@ from importlib import metadata
 from meshing.errors import MeshError
 
 from ..errors import SceneError
-from . import compare, evaluate, fit, keys, law, report, run, scenes, show, sweep, trade
+from . import compare, evaluate, explore, fit, keys, law, report, run, scenes, show, sweep, trade
 from .common import BAD_INPUT, INTERRUPTED, gather_ranks
 
 #: the modules of the commands, in the order of the help
-COMMANDS = (run, show, compare, report, trade, sweep, fit, evaluate, law, scenes, keys)
+COMMANDS = (run, show, compare, report, explore, trade, sweep, fit, evaluate, law, scenes, keys)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,0 +1,97 @@
+"""The page of `cohesive explore`: a server on this machine alone, with a token in its address."""
+
+from __future__ import annotations
+
+import json
+import secrets
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from .explorer import Explorer
+
+#: largest request, bytes: a measured curve of a million rows
+_LARGEST = 50_000_000
+
+#: names by which a browser on this machine may ask; another one would be a page elsewhere that asks through it
+_HOSTS = ("127.0.0.1", "localhost")
+
+
+class ExploreServer(HTTPServer):
+    """Serves one scene, one request after the other.
+
+    Attributes
+    ----------
+    address : what to open
+    """
+
+    def __init__(self, explorer: Explorer, port: int = 0) -> None:
+        self.explorer, self.token = explorer, secrets.token_urlsafe(16)
+        super().__init__(("127.0.0.1", port), _Handler)
+        self.address = f"http://127.0.0.1:{self.server_port}/{self.token}/"
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: ExploreServer
+
+    def do_GET(self) -> None:
+        """The page."""
+        if self._path() != "":
+            return self._refuse()
+        template = resources.files("cohesive.studies").joinpath("explore.html").read_text(encoding="utf-8")
+        explorer = self.server.explorer
+        facts = {"title": explorer.scene.title, "controls": explorer.controls()}
+        data = json.dumps(facts).replace("</", "<\\/")
+        self._send(template.replace("{{data}}", data).encode(), "text/html; charset=utf-8")
+
+    def do_POST(self) -> None:
+        """What the page asks: {"changes": {key: value}, ...} as JSON."""
+        length = int(self.headers.get("Content-Length") or 0)
+        actions = {"run": self._run, "toml": self._toml, "python": self._python, "curve": self._curve, "fit": self._fit}
+        action = actions.get(self._path() or "")
+        if action is None or length > _LARGEST:
+            return self._refuse()
+        try:
+            asked = json.loads(self.rfile.read(length))
+            found = action(asked, dict(asked.get("changes", {})))
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            found = {"error": f"the request cannot be read: {error}"}
+        self._send(json.dumps(found).encode(), "application/json")
+
+    def _run(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+        return self.server.explorer.answer(changes)
+
+    def _toml(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+        return {"text": self.server.explorer.toml(changes)}
+
+    def _python(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+        return {"text": self.server.explorer.python(changes)}
+
+    def _curve(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+        return self.server.explorer.curve(str(asked["text"]))
+
+    def _fit(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+        return self.server.explorer.fitted(changes, np.array(asked["x"], dtype=float), np.array(asked["y"], dtype=float))
+
+    def _path(self) -> str | None:
+        """What stands behind the token; None for another token, or a name that is not this machine's."""
+        host = (self.headers.get("Host") or "").rsplit(":", 1)[0]
+        parts = self.path.split("/")
+        is_ours = len(parts) == 3 and secrets.compare_digest(parts[1].encode(), self.server.token.encode())
+        return parts[2] if is_ours and host in _HOSTS else None
+
+    def _refuse(self) -> None:
+        self.send_error(HTTPStatus.NOT_FOUND)
+
+    def _send(self, body: bytes, kind: str) -> None:
+        self.send_response(HTTPStatus.OK)
+        for name, value in (("Content-Type", kind), ("Content-Length", str(len(body))), ("Cache-Control", "no-store")):
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """Say nothing: the terminal is the user's."""
