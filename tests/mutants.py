@@ -39,7 +39,7 @@ COPIED = (
 )  # fmt: skip
 
 #: of a trial: CPU time over the recorded time of its tests and besides, s, and memory, bytes
-SLOWER, BESIDES, MEMORY = 4.0, 30.0, 6 * 2**30
+SLOWER, BESIDES, MEMORY = 1.5, 15.0, 6 * 2**30
 
 #: new processes are forks of one that has loaded the libraries
 FORKS = multiprocessing.get_context("forkserver")
@@ -72,11 +72,21 @@ def copied(folder: Path) -> Path:
     return folder
 
 
+def enter(folder: Path) -> None:
+    """Let a process work in a copy of the package."""
+    os.chdir(folder)
+    os.environ |= {"PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
+    sys.path.insert(0, str(folder))
+    for name in [name for name in sys.modules if name.split(".")[0] == "tests"]:
+        del sys.modules[name]  # those of the copy count
+
+
 def record(folder: Path, asked: list[str]) -> None:
-    """Run tests once, with coverage: which lines each executes, and how long it takes; added to what is recorded."""
-    at, tests = copied(folder / "recorded"), Durations()
-    os.environ |= {"PYTHONPATH": str(at), "COVERAGE_FILE": str(folder / "coverage")}
-    os.chdir(at)
+    """Run tests once, with coverage: which lines each executes, and how long it takes; added to what is recorded. In a
+    process of its own."""
+    enter(copied(folder / "recorded"))
+    os.environ["COVERAGE_FILE"] = str(folder / "coverage")
+    tests = Durations()
     options = ["-n", "2", "--cov=cohesive", "--cov=meshing", "--cov-context=test", "--cov-report=", "--cov-append"]
     pytest.main([*options, *asked], plugins=[tests])
     file = folder / "durations.json"
@@ -130,11 +140,8 @@ def run_tests(folder: Path, tests: list[str], limit: float) -> None:
     with open(folder / "output.txt", "w") as file:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
-    for name in [name for name in sys.modules if name.split(".")[0] == "tests"]:
-        del sys.modules[name]  # those of the copy count
-    os.chdir(folder)
-    os.environ |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "OPENBLAS_NUM_THREADS": "1"}
-    sys.path.insert(0, str(folder))
+    enter(folder)
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"  # a changed file may be as long and as old as the unchanged one
     sys.dont_write_bytecode = True
     status = 1
     try:
@@ -235,7 +242,9 @@ def main() -> None:
     folder = options.folder.resolve()
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     if options.record is not None or not (folder / "durations.json").exists():
-        record(folder, options.record or [])
+        recording = FORKS.Process(target=record, args=(folder, options.record or []))
+        recording.start()
+        recording.join()
     all_sources = sources()
     pool = [mutant for file, source in all_sources.items() for mutant in mutants(file, source)]
     survivors = folder / "survivors.json"
