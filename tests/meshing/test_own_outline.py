@@ -62,3 +62,24 @@ def test_notches_start_cracks_at_their_ends_in_the_body() -> None:
 def test_what_does_not_fit_is_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(SceneError, match=message):
         outlined_beam().with_(**changes)
+
+
+def test_a_path_that_is_to_be_found_counts_as_half_the_longest_side() -> None:
+    """Of the beam, 250 x 80 mm, turned upright, whose corners lie on all sides of the origin."""
+    for degrees in (0.0, 90.0):
+        assert outlined_beam(degrees).specimen.path_length == pytest.approx(125.0)
+
+
+@pytest.mark.parametrize("loop", ["1, 2, -3, 4", "3, -2, -1, -4"])
+@pytest.mark.parametrize("group", ["1, 2, 3", "2, 1, 3", "3, 2, 1", "2, 3, 1"])
+def test_curves_of_a_group_are_joined_in_any_order(tmp_path: Path, loop: str, group: str) -> None:
+    """Three sides of a rectangle, one of them drawn the other way round."""
+    (tmp_path / "plate.geo").write_text(
+        "Point(1) = {0, 0, 0}; Point(2) = {3, 0, 0}; Point(3) = {3, 2, 0}; Point(4) = {0, 2, 0};"
+        "Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {4, 3}; Line(4) = {4, 1};"
+        f"Curve Loop(1) = {{{loop}}}; Plane Surface(1) = {{1}}; Physical Curve(\"three\") = {{{group}}};\n"
+    )
+    outline = read_outline(tmp_path / "plate.geo")
+    three = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]
+    assert list(outline.edges["three"]) in (three, three[::-1])
+    assert outline.area == pytest.approx(6.0) and set(outline.corners) == set(three)

@@ -47,8 +47,9 @@ def test_a_users_mesh_with_a_named_set(tmp_path: Path) -> None:
     assert pieces(mesh) == 2
 
 
-def test_a_users_mesh_with_a_node_set(tmp_path: Path) -> None:
-    plate = grid(kind="quad")
+@pytest.mark.parametrize("kind", ["quad", "triangle6"])
+def test_a_users_mesh_with_a_node_set(tmp_path: Path, kind: str) -> None:
+    plate = grid(kind=kind)
     plate.points = np.column_stack([plate.points, np.zeros(len(plate.points))])
     plate.point_sets = {"FAULT": np.flatnonzero(plate.points[:, 0] == 2)}
     plate.write(tmp_path / "plate.inp")
