@@ -251,3 +251,10 @@ def test_the_panel_has_a_discrete_crack_too() -> None:
     assert panel.symmetry() is None
     with pytest.raises(MeshError, match="height = 0: expected a number above 0"):
         SandwichPanel(100, 0, 10)
+
+
+def test_an_edge_beside_a_corner_that_points_inwards_is_no_notch() -> None:
+    """The ledge of an L, 2 mm long, too narrow for a band; the end of a notch has such a corner at both ends."""
+    ledge = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, 4.0), (0.0, 4.0)]
+    with pytest.raises(MeshError, match=r"^band.width = 2: the band leaves the body at \(2.5, 2\); expected at most 1$"):
+        meshing.mesh_band(meshing.Outline(ledge, [[(2.5, 2.0), (2.5, 0.0)]]), MeshSizes(0.5, 0.5), 2.0)

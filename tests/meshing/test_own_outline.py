@@ -83,3 +83,10 @@ def test_curves_of_a_group_are_joined_in_any_order(tmp_path: Path, loop: str, gr
     three = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]
     assert list(outline.edges["three"]) in (three, three[::-1])
     assert outline.area == pytest.approx(6.0) and set(outline.corners) == set(three)
+
+
+def test_a_notch_with_a_bend_starts_a_crack_along_its_last_part() -> None:
+    bent = outlined_beam(specimen__notches=[[[-50, 0], [-50, 10], [-40, 20]]]).specimen
+    ((tip, direction),) = bent.starts
+    assert tip == (-40.0, 20.0)
+    assert direction == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))

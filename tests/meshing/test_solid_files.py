@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from meshing import MeshError, read_band_mesh, read_mesh
+from meshing.extrusion import with_mid_nodes
 from meshing.gmsh_session import session
 from meshing.orientation import flipped
 from tests.builders import cubes
@@ -185,3 +186,22 @@ def test_a_solid_band_is_a_set_of_elements(tmp_path: Path) -> None:
     assert [(b.type, len(b.data)) for b in everywhere.cells] == [("hexahedron", 64)]
     with pytest.raises(MeshError, match="band = 'NONE': the file has no such set of elements; it has MIDDLE"):
         read_band_mesh(tmp_path / "block.inp", "NONE")
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_a_corner_that_is_pushed_in_is_found_at_any_size(tmp_path: Path, size: float) -> None:
+    """The last corner of a cube lies beyond the plane of its three neighbours, by a ten-thousandth of the cube's size."""
+    mesh = cubes("hexahedron", 1)
+    points = np.where((mesh.points == 1.0).all(axis=1)[:, None], 2.0 / 3.0 - 1e-4, mesh.points)
+    meshio.Mesh(size * points, mesh.cells, point_sets={"A": np.arange(4)}).write(tmp_path / "cube.inp")
+    with pytest.raises(MeshError, match=r"hexahedron 0 at .* is inverted or flat"):
+        read_mesh(tmp_path / "cube.inp", "A")
+
+
+def test_mid_nodes_are_shared_between_blocks() -> None:
+    mesh = cubes("tetra", 2)
+    cells = mesh.cells[0].data
+    one = with_mid_nodes(mesh)
+    three = with_mid_nodes(meshio.Mesh(mesh.points, [("tetra", part) for part in np.split(cells, [5, 20])]))
+    np.testing.assert_array_equal(three.points, one.points)
+    np.testing.assert_array_equal(np.concatenate([block.data for block in three.cells]), one.cells[0].data)
