@@ -258,3 +258,25 @@ def test_an_edge_beside_a_corner_that_points_inwards_is_no_notch() -> None:
     ledge = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, 4.0), (0.0, 4.0)]
     with pytest.raises(MeshError, match=r"^band.width = 2: the band leaves the body at \(2.5, 2\); expected at most 1$"):
         meshing.mesh_band(meshing.Outline(ledge, [[(2.5, 2.0), (2.5, 0.0)]]), MeshSizes(0.5, 0.5), 2.0)
+
+
+def test_points_at_a_notch_that_a_band_opens() -> None:
+    """A slit from the right side, 4 mm long, becomes a notch 2 mm wide: a point on it two on its sides, one that falls into it
+    is refused, as is one in the band, one beside it stays."""
+    square = [(1.0, 1.0), (11.0, 1.0), (11.0, 11.0), (1.0, 11.0)]
+    slit, crack = [(11.0, 6.0), (7.0, 6.0)], [[(7.0, 6.0), (1.0, 6.0)]]
+
+    def mesh(point: tuple[float, float]) -> meshio.Mesh:
+        outline = meshing.Outline(square, crack, [slit], nodes={"here": [point]})
+        return meshing.mesh_band(outline, MeshSizes(2.0, 2.0), 2.0)
+
+    for point, found in (
+        ((9.0, 6.0), [[9.0, 5.0], [9.0, 7.0]]), ((11.0, 6.0), [[11.0, 5.0], [11.0, 7.0]]), ((9.0, 8.0), [[9.0, 8.0]]),
+    ):  # fmt: skip
+        whole = mesh(point)
+        at = whole.points[whole.point_sets["here"]]
+        np.testing.assert_allclose(at[np.argsort(at[:, 1])], found, atol=1e-9)
+    with pytest.raises(MeshError, match=r"^here = \(9, 6.5\): it falls into the notch, which band.width = 2 opens to 2 mm"):
+        mesh((9.0, 6.5))
+    with pytest.raises(MeshError, match=r"^here = \(4, 6.5\): it lies in the band"):
+        mesh((4.0, 6.5))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -9,6 +11,7 @@ from numpy.typing import NDArray
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack, mesh_polygon
 from meshing.specimens.base import Gauge
+from meshing.specimens.compact_tension import CompactTension
 from meshing.specimens.l_panel import LPanel
 from meshing.specimens.mixed_mode_plate import MixedModePlate
 from meshing.specimens.wedge_splitting import WedgeSplitting
@@ -93,3 +96,30 @@ def test_a_wide_notch_of_a_wedge_splitting_block(half: bool) -> None:
     floor = _WEDGE["height"] - _WEDGE["groove_depth"]
     mouth = bodies[1].outline(half).nodes["mouth"]
     assert sorted(mouth) == ([(2.0, floor)] if half else [(-2.0, floor), (2.0, floor)])
+
+
+def compact(**changes: Any) -> CompactTension:
+    sizes: dict[str, Any] = {
+        "shape": "rectangle", "width": 80.0, "height": 96.0, "front": 20.0, "thickness": 10.0, "notch": 32.0, "pins": 44.0,
+    }  # fmt: skip
+    return CompactTension(**sizes | changes)
+
+
+def test_a_wide_notch_of_a_compact_specimen_is_measured_on_both_sides() -> None:
+    nodes = compact(notch_width=4.0).outline().nodes
+    for name, x in (("mouth", -20.0), ("gauge_plus", 0.0), ("gauge_minus", 0.0)):
+        sides = {"mouth": [2.0, -2.0], "gauge_plus": [2.0], "gauge_minus": [-2.0]}[name]
+        assert list(nodes[name]) == [(x, y) for y in sides]
+
+
+@pytest.mark.parametrize(("off", "depth"), [(0.0, 32.0), (1e-3, None)])
+def test_a_path_beside_the_tip_does_not_go_on_from_the_notch(off: float, depth: float | None) -> None:
+    specimen = compact(crack=[[32.0 + off, 0.0], [80.0, 0.0]])
+    assert specimen.notch_depth == depth
+    assert ("tip" in specimen.outline().nodes) == ("ctod" in specimen.gauges()) == (depth is not None)
+
+
+def test_a_beam_without_a_notch_is_measured_at_a_point() -> None:
+    """The width of a notch that is not there does not count."""
+    nodes = NotchedBeam(175.0, 125.0, 50.0, 50.0, 0.0, notch_width=3.0).outline().nodes
+    assert list(nodes["mouth"]) == [(0.0, 0.0)] and "tip" not in nodes
