@@ -116,15 +116,18 @@ class Recorded:
 
     def tests(self, mutant: Mutant, budget: float) -> list[str]:
         """Tests to run, the cheapest first, up to a sum of seconds: those that execute the line, or the file if the line runs
-        on import; then the others of their files, which may look at what one of them has prepared."""
+        on import; then the others of their files, which may look at what one of them has prepared. What runs on import, the
+        tests of this name see first."""
         by_line = self.lines(mutant.file)
         near = {test for line in range(mutant.line, mutant.last + 1) for test in by_line.get(line, ())}
+        named: set[str] = set()
         if "" in near:
             near |= {test for tests in by_line.values() for test in tests}
+            named = {test for test in self.seconds if Path(mutant.file).stem in Path(test.split("::")[0]).stem}
         files = {test.split("::")[0] for test in near}
-        others = {test for test in self.seconds if test.split("::")[0] in files} - near
+        others = {test for test in self.seconds if test.split("::")[0] in files}
         chosen, sum_of = [], 0.0
-        for group in (near, others):
+        for group in (named, near - named, others - near - named):
             for test in sorted(group & self.seconds.keys(), key=lambda test: self.seconds[test]):
                 sum_of += self.seconds[test]
                 if sum_of <= budget or not chosen:
