@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from meshing import MeshError, read_band_mesh, read_mesh
+from meshing.defects import check_elements
 from meshing.extrusion import with_mid_nodes
 from meshing.gmsh_session import session
 from meshing.orientation import flipped
@@ -205,3 +206,19 @@ def test_mid_nodes_are_shared_between_blocks() -> None:
     three = with_mid_nodes(meshio.Mesh(mesh.points, [("tetra", part) for part in np.split(cells, [5, 20])]))
     np.testing.assert_array_equal(three.points, one.points)
     np.testing.assert_array_equal(np.concatenate([block.data for block in three.cells]), one.cells[0].data)
+
+
+@pytest.mark.parametrize(("shift", "touching"), [((0.0, 0.0, 0.0), 13), ((0.5, 0.0, 0.0), 8), ((2.2, 0.0, -1.0), 0)])
+def test_nodes_within_faces_that_do_not_have_them(shift: tuple[float, float, float], touching: int) -> None:
+    """Four unit cubes on one of 2 x 2 x 1 mm: five nodes within its face and four pairs at its corners; moved by half a cube,
+    those that still lie on it and the two that now lie under a cube; beside it, level with its face, none."""
+    points, cube = cubes("hexahedron", 1).points, cubes("hexahedron", 1).cells[0].data
+    small = cubes("hexahedron", 2)
+    four = small.cells[0].data[(small.points[small.cells[0].data][:, :, 2] <= 1.0).all(axis=1)]
+    both = np.concatenate([points * [2, 2, 1], small.points + np.add(shift, [0, 0, 1])])
+    blocks = [("hexahedron", cube), ("hexahedron", four + len(points))]
+    if touching:
+        with pytest.raises(MeshError, match=f"2 pieces, and {touching} nodes of the boundary touch"):
+            check_elements("a.msh", both, blocks)
+    else:
+        assert not check_elements("a.msh", both, blocks)

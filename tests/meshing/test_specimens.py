@@ -79,6 +79,11 @@ def test_a_mixed_mode_plate_keeps_the_bounds_of_its_kind() -> None:
 def test_an_l_panel_is_measured_at_its_corner_if_the_crack_begins_there() -> None:
     assert LPanel(500, 250, 100, 30).gauges() == {"cmod": Gauge("corner", "corner", (0.0, 1.0))}
     assert not LPanel(500, 250, 100, 30, crack=[[250, 200], [0, 200]]).gauges()
+    assert LPanel(500, 250, 100, 30).outline().area == pytest.approx(3 * 250**2)
+
+
+def test_a_crack_in_a_block_may_be_shorter_than_a_millimetre() -> None:
+    assert SingleCrack(40, 30, 10, crack_length=0.5).path_length == pytest.approx(0.5)
 
 
 _WEDGE = {
