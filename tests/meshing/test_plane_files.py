@@ -83,3 +83,12 @@ def test_a_users_mesh_that_does_not_work_is_named(tmp_path: Path) -> None:
     meshio.Mesh(broken, plate.cells).write(tmp_path / "broken.vtu")
     with pytest.raises(MeshError, match="node 3 is not finite"):
         read_mesh(tmp_path / "broken.vtu", "fault")
+
+
+def test_a_set_of_elements_that_are_not_there_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plate = grid(kind="quad")
+    plate.cell_sets = {"left": [np.array([0, 16])]}
+    (tmp_path / "plate.med").write_text("")
+    monkeypatch.setattr(meshio, "read", lambda path: plate)
+    with pytest.raises(MeshError, match="set 'left' names quad 16 of 16, counted from 0"):
+        read_mesh(tmp_path / "plate.med", [[(2, 0), (2, 4)]])
