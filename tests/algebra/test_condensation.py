@@ -164,6 +164,9 @@ def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) ->
         # the control counts as a force: measured 2e-8, and 0.14 of a measure that does not
         assert row @ found[:-1] + corner * found[-1] == pytest.approx(last, rel=1e-6)
     assert stiffness.factorizations == 1
+    many = np.append(right, last)[:, None] * [1.0, -2.0]
+    anew = stiffness.factored(crack, load, row, corner, free if held else None)(many)
+    np.testing.assert_allclose(anew, exact[:, None] * [1.0, -2.0], atol=1e-9 * abs(exact).max())
     if held:  # another number of unknowns
         stiffness.solve(crack, load, row, corner, right, last)
         assert stiffness.factorizations == 2

@@ -182,6 +182,7 @@ def crack(*paths: list[tuple[float, float]], **changes: Any) -> NotchedBeam:
             r"from \(4, 31\) to \(4, 34\) is too short .* at most 3.07",
         ),
         (crack([(0, 25), (0, 40), (10, 40), (10, 30), (-9, 30)]), 2.0, r"the crack path overlaps itself at \(0, 30\)"),
+        (crack([(0, 25), (0, 44), (20, 38), (-10, 29)]), 2.0, r"the crack path overlaps itself at \(0, 32\)"),
         (crack([(0, 25), (0, 50)], [(0, 35), (20, 40)]), 2.0, r"two crack paths overlap .* band.where = \"everywhere\""),
         (crack([(-20, 35), (20, 45)], [(-20, 45), (20, 35)]), 2.0, r"two crack paths overlap at \(0, 40\); .* \"everywhere\""),
         (crack([(0, 25), (0, 35)], [(0, 35), (0, 50)]), 2.0, r"two crack paths overlap at \(0, 35\)"),

@@ -80,6 +80,7 @@ def test_an_l_panel_is_measured_at_its_corner_if_the_crack_begins_there() -> Non
     assert LPanel(500, 250, 100, 30).gauges() == {"cmod": Gauge("corner", "corner", (0.0, 1.0))}
     assert not LPanel(500, 250, 100, 30, crack=[[250, 200], [0, 200]]).gauges()
     assert LPanel(500, 250, 100, 30).outline().area == pytest.approx(3 * 250**2)
+    assert LPanel(500, 250, 100, 30).mesh_band(MeshSizes(50.0, 100.0), 50.0).points.shape[1] == 2
 
 
 def test_a_crack_in_a_block_may_be_shorter_than_a_millimetre() -> None:
