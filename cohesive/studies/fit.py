@@ -306,12 +306,12 @@ def solve(
         gtol=1e-10,
         max_nfev=most,
     )
-    if strict and _is_stuck(found.fun, found.jac[:, found.active_mask == 0]):
+    if strict and is_stuck(found.fun, found.jac[:, found.active_mask == 0]):
         return None
     return at(found.x), 2.0 * float(found.cost), int(found.nfev)
 
 
-def _is_stuck(residuals: Array, jacobian: Array) -> bool:
+def is_stuck(residuals: Array, jacobian: Array) -> bool:
     """Whether a way down ended though it leads on: at numbers with which there is no run, or at a snap."""
     if float(np.mean(residuals**2)) < _NOTHING or not jacobian.size:
         return False

@@ -181,7 +181,7 @@ def test_a_beam_is_evaluated_without_a_model_beside_its_fit(tmp_path: Path) -> N
 
 
 def test_a_fit_without_a_minimum_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.fit._is_stuck", lambda *_: True)
+    monkeypatch.setattr("cohesive.studies.fit.is_stuck", lambda *_: True)
     found = fit(beam(), {"material.Gf": VARY["material.Gf"]}, reference=measured(), check=False)
     assert any(note.startswith("warning: no start ends in a minimum") for note in found.notes)
 
