@@ -224,13 +224,14 @@ def test_nodes_within_faces_that_do_not_have_them(shift: tuple[float, float, flo
         assert not check_elements("a.msh", both, blocks)
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("size", [0.1, 10.0])
-def test_a_set_of_nodes_has_its_plus_side_at_larger_x_at_any_size(tmp_path: Path, size: float) -> None:
+def test_a_set_of_nodes_has_its_plus_side_further_along_at_any_size(tmp_path: Path, axis: int, size: float) -> None:
     mesh = cubes("hexahedron", 2)
-    fault = np.flatnonzero(mesh.points[:, 0] == 1.0)
+    fault = np.flatnonzero(mesh.points[:, axis] == 1.0)
     meshio.Mesh(size * mesh.points, mesh.cells, point_sets={"A": fault}).write(tmp_path / "cubes.inp")
     cracked = read_mesh(tmp_path / "cubes.inp", "A")
     crack = cracked.cells[-1].data
     for nodes, side in ((crack[:, :4], -1), (crack[:, 4:], 1)):
         owners = [cell for cell in cracked.cells[0].data if np.isin(nodes[0], cell).all()]
-        assert len(owners) == 1 and side * (cracked.points[owners[0]].mean(axis=0)[0] - size) > 0
+        assert len(owners) == 1 and side * (cracked.points[owners[0]].mean(axis=0)[axis] - size) > 0

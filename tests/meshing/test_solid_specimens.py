@@ -303,6 +303,7 @@ def test_sizes_that_do_not_work_are_named() -> None:
             lambda: block.mesh(MeshSizes(0.01, 12.0)),
             r"mesh.crack_size = 0.01: 1.6e\+07 elements on the crack; expected at least",
         ),
+        (lambda: block.mesh(MeshSizes(0.1, 12.0)), r"mesh.crack_size = 0.1: 1.6e\+05 elements on the crack; .* 0.13 mm"),
         (
             lambda: block.mesh(MeshSizes(0.2, 0.2)),
             "mesh.far_size = 0.2: 8e.06 elements in the body; expected at least 0.23 mm",
