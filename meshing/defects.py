@@ -191,13 +191,11 @@ class _Convex:
             cell = CELLS[kind]
             p = points[block[:, : cell.n_corners]]
             facets = points[block[:, np.array(cell.facets)[:, : cell.facet_corners]]]
-            edge = facets[:, :, 1] - facets[:, :, 0]
             if d == 2:
+                edge = facets[:, :, 1] - facets[:, :, 0]
                 normal = np.stack([edge[..., 1], -edge[..., 0]], axis=2)
             else:  # those of cells point inwards
                 normal = -np.cross(facets[:, :, 2] - facets[:, :, 0], facets[:, :, -1] - facets[:, :, 1])
-                if cell.facet_corners == 3:
-                    normal = -np.cross(edge, facets[:, :, 2] - facets[:, :, 0])
             normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-300)
             offset = np.einsum("nsd,nsd->ns", normal, facets.mean(axis=2))
             lacking = most - len(cell.facets)

@@ -33,7 +33,7 @@ def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
     from .cells import BULK_2D  # with meshio and SciPy, which are slow to import
     from .stars import Star, touching
 
-    points = mesh.points[:, :2]
+    points = mesh.points
     slack = SLACK * float(np.ptp(points, axis=0).max())
     total, covered = path_length(name, lines), 0.0
     found = [np.empty((0, 2), dtype=np.int64)]

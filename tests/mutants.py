@@ -39,7 +39,7 @@ COPIED = (
 )  # fmt: skip
 
 #: of a trial: CPU time over the recorded time of its tests and besides, s, and memory, bytes
-SLOWER, BESIDES, MEMORY = 4.0, 30.0, 6 * 2**30
+SLOWER, BESIDES, MEMORY = 1.5, 15.0, 6 * 2**30
 
 #: new processes are forks of one that has loaded the libraries
 FORKS = multiprocessing.get_context("forkserver")
@@ -72,11 +72,21 @@ def copied(folder: Path) -> Path:
     return folder
 
 
+def enter(folder: Path) -> None:
+    """Let a process work in a copy of the package."""
+    os.chdir(folder)
+    os.environ |= {"PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
+    sys.path.insert(0, str(folder))
+    for name in [name for name in sys.modules if name.split(".")[0] == "tests"]:
+        del sys.modules[name]  # those of the copy count
+
+
 def record(folder: Path, asked: list[str]) -> None:
-    """Run tests once, with coverage: which lines each executes, and how long it takes; added to what is recorded."""
-    at, tests = copied(folder / "recorded"), Durations()
-    os.environ |= {"PYTHONPATH": str(at), "COVERAGE_FILE": str(folder / "coverage")}
-    os.chdir(at)
+    """Run tests once, with coverage: which lines each executes, and how long it takes; added to what is recorded. In a
+    process of its own."""
+    enter(copied(folder / "recorded"))
+    os.environ["COVERAGE_FILE"] = str(folder / "coverage")
+    tests = Durations()
     options = ["-n", "2", "--cov=cohesive", "--cov=meshing", "--cov-context=test", "--cov-report=", "--cov-append"]
     pytest.main([*options, *asked], plugins=[tests])
     file = folder / "durations.json"
@@ -106,15 +116,18 @@ class Recorded:
 
     def tests(self, mutant: Mutant, budget: float) -> list[str]:
         """Tests to run, the cheapest first, up to a sum of seconds: those that execute the line, or the file if the line runs
-        on import; then the others of their files, which may look at what one of them has prepared."""
+        on import; then the others of their files, which may look at what one of them has prepared. What runs on import, the
+        tests of this name see first."""
         by_line = self.lines(mutant.file)
         near = {test for line in range(mutant.line, mutant.last + 1) for test in by_line.get(line, ())}
+        named: set[str] = set()
         if "" in near:
             near |= {test for tests in by_line.values() for test in tests}
+            named = {test for test in self.seconds if Path(mutant.file).stem in Path(test.split("::")[0]).stem}
         files = {test.split("::")[0] for test in near}
-        others = {test for test in self.seconds if test.split("::")[0] in files} - near
+        others = {test for test in self.seconds if test.split("::")[0] in files}
         chosen, sum_of = [], 0.0
-        for group in (near, others):
+        for group in (named, near - named, others - near - named):
             for test in sorted(group & self.seconds.keys(), key=lambda test: self.seconds[test]):
                 sum_of += self.seconds[test]
                 if sum_of <= budget or not chosen:
@@ -130,11 +143,8 @@ def run_tests(folder: Path, tests: list[str], limit: float) -> None:
     with open(folder / "output.txt", "w") as file:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
-    for name in [name for name in sys.modules if name.split(".")[0] == "tests"]:
-        del sys.modules[name]  # those of the copy count
-    os.chdir(folder)
-    os.environ |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "OPENBLAS_NUM_THREADS": "1"}
-    sys.path.insert(0, str(folder))
+    enter(folder)
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"  # a changed file may be as long and as old as the unchanged one
     sys.dont_write_bytecode = True
     status = 1
     try:
@@ -235,7 +245,9 @@ def main() -> None:
     folder = options.folder.resolve()
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     if options.record is not None or not (folder / "durations.json").exists():
-        record(folder, options.record or [])
+        recording = FORKS.Process(target=record, args=(folder, options.record or []))
+        recording.start()
+        recording.join()
     all_sources = sources()
     pool = [mutant for file, source in all_sources.items() for mutant in mutants(file, source)]
     survivors = folder / "survivors.json"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..errors import NotConverged
+from .controls import control_of
 from .events import Event, Watch
 from .leg import Leg
 from .loading import DEAD
@@ -123,11 +124,13 @@ class March:
             )
 
     def _returns(self, number: int, target: float) -> bool:
-        """Whether a separated crack is closed again, or slid, by what is still to come."""
+        """Whether a separated crack is closed again, or slid, by what is still to come, the rest of this leg included."""
         moved = self.problem.loading.moved
         if moved.is_platen and (moved.hold or self.problem.springs.stiffness[moved.motions[0]]):
             return True  # both parts are held by a platen
         stage = self.stages[number - 1]
+        if control_of(stage.control).value(self.problem, self._state) > target + self._slack.get(stage.control, 0.0):
+            return True
         later = stage.targets[stage.targets.index(target) + 1 :] if target in stage.targets else stage.targets
         if stage.unload is not None or any(value < target for value in later):
             return True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
+from itertools import product
 
 import numpy as np
 import pytest
@@ -109,14 +110,14 @@ def test_an_unknown_that_nothing_holds() -> None:
 
 def test_a_body_held_by_no_more_than_rounding_is_not_held() -> None:
     """Of elements of 3e4 N/mm, by springs that all in all are 1e-12 of that, or 1e-8: a cantilever 1000 times as long as it
-    is high has 2e-8, while the rounding of a body that nothing holds reaches 7e-13."""
-    for spring, is_held in ((1e-10, False), (1e-6, True)):
+    is high has 2e-8, while the rounding of a body that nothing holds reaches 7e-13. In any unit of force."""
+    for (spring, is_held), unit in product(((1e-10, False), (1e-6, True)), (1.0, 1e-9, 1e9)):
         lower, fronts, _, _ = _box_to_condense(spring)
         if is_held:
-            Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
+            Condensed.eliminate(unit * lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
             continue
         with pytest.raises(ValueError, match=NOT_HELD[:20]):
-            Condensed.eliminate(lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
+            Condensed.eliminate(unit * lower, fronts, sp.eye_array(9, format="csr"), np.zeros(0, dtype=np.int64))
 
 
 def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -163,6 +164,9 @@ def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) ->
         # the control counts as a force: measured 2e-8, and 0.14 of a measure that does not
         assert row @ found[:-1] + corner * found[-1] == pytest.approx(last, rel=1e-6)
     assert stiffness.factorizations == 1
+    many = np.append(right, last)[:, None] * [1.0, -2.0]
+    anew = stiffness.factored(crack, load, row, corner, free if held else None)(many)
+    np.testing.assert_allclose(anew, exact[:, None] * [1.0, -2.0], atol=1e-9 * abs(exact).max())
     if held:  # another number of unknowns
         stiffness.solve(crack, load, row, corner, right, last)
         assert stiffness.factorizations == 2

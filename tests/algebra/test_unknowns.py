@@ -76,6 +76,8 @@ def test_constraints_that_contradict_each_other_are_named() -> None:
         unknowns(Constraint("load", np.array([0]), Y))
     with pytest.raises(ValueError, match="slope: its direction is oblique"):
         unknowns(Constraint("load", np.array([3]), Y), Constraint("slope", np.array([0]), (0.6, 0.8)))
+    with pytest.raises(ValueError, match="slope: its direction is oblique"):  # at one of its nodes only
+        unknowns(Constraint("load", np.array([3]), Y), Constraint("slope", np.array([0, 2]), (0.6, 0.8)))
     with pytest.raises(ValueError, match="load: expected at least one node"):
         unknowns(Constraint("load", np.array([], dtype=int), Y))
 

@@ -31,6 +31,7 @@ def test_presets_are_valid_and_can_be_changed(name: str) -> None:
         {"E": 0.0}, {"E": math.nan}, {"nu": 0.5}, {"nu": -0.1}, {"ft": -1.0}, {"Gf": 0.0}, {"Gf": math.inf}, {"Gf": "much"},
         {"h": 0.0}, {"m_g": 0.0}, {"mu_sigma": 1.25}, {"p": (0.6, 0.3, 0.2)}, {"p": (1.2, -0.3, 0.1)}, {"c": (0.01, 0.05)},
         {"c": (0.0, 0.1, 1.0)}, {"c": 3.0}, {"r_z": -0.1}, {"onset_cap": 1}, {"u_phi0": math.nan}, {"E": True},
+        {"Zm": -0.1}, {"Zm": math.nan}, {"h": None},
     ],
 )  # fmt: skip
 def test_a_wrong_parameter_is_named(change: dict[str, Any]) -> None:
@@ -42,3 +43,22 @@ def test_a_wrong_parameter_is_named(change: dict[str, Any]) -> None:
 def test_an_unknown_preset_is_named() -> None:
     with pytest.raises(ValueError, match=r"'granite'.*jacobsen"):
         Concrete.preset("granite")
+
+
+#: Tables 1 and 3 of the paper: E, nu, ft, Gf, m_g, h
+PRINTED = {
+    "crack-plane": (40000.0, 0.2, 3.0, 0.12, 0.425, 56.0),
+    "sandwich-panel": (40000.0, 0.2, 3.0, 0.12, 0.3, 60.0),
+    "reinhardt": (35000.0, 0.2, 3.2, 0.12, 0.3, 60.0),
+    "jacobsen": (41000.0, 0.2, 3.0, 0.08, 0.18, 20.0),
+    "walraven": (25000.0, 0.2, 2.5, 0.10, 0.28, 60.0),
+}
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_are_those_that_are_printed(name: str) -> None:
+    m = Concrete.preset(name)
+    assert (m.E, m.nu, m.ft, m.Gf, m.m_g, m.h) == PRINTED[name]
+    usual = name != "jacobsen"
+    assert m.c == ((0.01, 0.05, 2.0) if usual else (0.01, 0.06, 0.3))
+    assert m.p == ((0.6, 0.3, 0.1) if usual else (0.2, 0.4, 0.4))

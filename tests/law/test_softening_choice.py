@@ -182,6 +182,8 @@ def test_a_rise_limits_the_width() -> None:
     for width in (1.01 * widest, np.array([0.1, 1.01 * widest])):
         with pytest.raises(ValueError, match=r"softening: at w = 0.05 mm, 0.8 MPa, .* expected a width below 7.38 mm"):
             CrackPlane(m, width)
+    with pytest.raises(ValueError, match=r"expected a width below 0\.\d+ mm"):
+        CrackPlane(concrete({"points": [[0, 3], [0.05, 0.8], [0.1, 1.5993], [4, 0]]}), 2.0)
     with pytest.raises(ValueError, match="expected a flatter rise"):
         CrackPlane(concrete({"points": [[0, 3], [0.05, 0.8], [0.1, 1.7], [4, 0]]}), 0.1)
 

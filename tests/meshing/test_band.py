@@ -182,6 +182,7 @@ def crack(*paths: list[tuple[float, float]], **changes: Any) -> NotchedBeam:
             r"from \(4, 31\) to \(4, 34\) is too short .* at most 3.07",
         ),
         (crack([(0, 25), (0, 40), (10, 40), (10, 30), (-9, 30)]), 2.0, r"the crack path overlaps itself at \(0, 30\)"),
+        (crack([(0, 25), (0, 44), (20, 38), (-10, 29)]), 2.0, r"the crack path overlaps itself at \(0, 32\)"),
         (crack([(0, 25), (0, 50)], [(0, 35), (20, 40)]), 2.0, r"two crack paths overlap .* band.where = \"everywhere\""),
         (crack([(-20, 35), (20, 45)], [(-20, 45), (20, 35)]), 2.0, r"two crack paths overlap at \(0, 40\); .* \"everywhere\""),
         (crack([(0, 25), (0, 35)], [(0, 35), (0, 50)]), 2.0, r"two crack paths overlap at \(0, 35\)"),
@@ -251,3 +252,32 @@ def test_the_panel_has_a_discrete_crack_too() -> None:
     assert panel.symmetry() is None
     with pytest.raises(MeshError, match="height = 0: expected a number above 0"):
         SandwichPanel(100, 0, 10)
+
+
+def test_an_edge_beside_a_corner_that_points_inwards_is_no_notch() -> None:
+    """The ledge of an L, 2 mm long, too narrow for a band; the end of a notch has such a corner at both ends."""
+    ledge = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, 4.0), (0.0, 4.0)]
+    with pytest.raises(MeshError, match=r"^band.width = 2: the band leaves the body at \(2.5, 2\); expected at most 1$"):
+        meshing.mesh_band(meshing.Outline(ledge, [[(2.5, 2.0), (2.5, 0.0)]]), MeshSizes(0.5, 0.5), 2.0)
+
+
+def test_points_at_a_notch_that_a_band_opens() -> None:
+    """A slit from the right side, 4 mm long, becomes a notch 2 mm wide: a point on it two on its sides, one that falls into it
+    is refused, as is one in the band, one beside it stays."""
+    square = [(1.0, 1.0), (11.0, 1.0), (11.0, 11.0), (1.0, 11.0)]
+    slit, crack = [(11.0, 6.0), (7.0, 6.0)], [[(7.0, 6.0), (1.0, 6.0)]]
+
+    def mesh(point: tuple[float, float]) -> meshio.Mesh:
+        outline = meshing.Outline(square, crack, [slit], nodes={"here": [point]})
+        return meshing.mesh_band(outline, MeshSizes(2.0, 2.0), 2.0)
+
+    for point, found in (
+        ((9.0, 6.0), [[9.0, 5.0], [9.0, 7.0]]), ((11.0, 6.0), [[11.0, 5.0], [11.0, 7.0]]), ((9.0, 8.0), [[9.0, 8.0]]),
+    ):  # fmt: skip
+        whole = mesh(point)
+        at = whole.points[whole.point_sets["here"]]
+        np.testing.assert_allclose(at[np.argsort(at[:, 1])], found, atol=1e-9)
+    with pytest.raises(MeshError, match=r"^here = \(9, 6.5\): it falls into the notch, which band.width = 2 opens to 2 mm"):
+        mesh((9.0, 6.5))
+    with pytest.raises(MeshError, match=r"^here = \(4, 6.5\): it lies in the band"):
+        mesh((4.0, 6.5))

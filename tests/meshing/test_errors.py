@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from meshing import MeshError, MeshSizes, Outline, mesh_band, mesh_polygon, read_band_mesh, read_mesh
+from meshing.specimens.user_entries import pressures_of
 
 _SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
 _PATH = [[(2.0, 0.0), (2.0, 4.0)]]
@@ -31,6 +32,8 @@ _SIZES = MeshSizes(1.0, 1.0)
         ("load", lambda: mesh_band(Outline(_SQUARE, _PATH, nodes={"load": [(2.1, 2.0)]}), _SIZES, 1.0)),
         ("band.width", lambda: mesh_band(Outline(_SQUARE, _PATH), _SIZES, 0.0)),
         ("band.width", lambda: mesh_band(Outline(_SQUARE, _PATH), _SIZES, 5.0)),
+        ("pressures", lambda: pressures_of([])),
+        ("pressures", lambda: pressures_of("top")),
         ("file", lambda: read_mesh(Path("none.msh"), "crack")),
         ("file", lambda: read_band_mesh(Path("none.msh"), "band")),
         ("", lambda: mesh_polygon(_SQUARE, [[(2.0, 0.0)]], _SIZES)),

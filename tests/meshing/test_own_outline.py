@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -62,3 +63,34 @@ def test_notches_start_cracks_at_their_ends_in_the_body() -> None:
 def test_what_does_not_fit_is_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(SceneError, match=message):
         outlined_beam().with_(**changes)
+
+
+def test_a_path_that_is_to_be_found_counts_as_half_the_longest_side() -> None:
+    """Of the beam, 250 x 80 mm, turned upright, whose corners lie on all sides of the origin."""
+    for degrees in (0.0, 90.0):
+        assert outlined_beam(degrees).specimen.path_length == pytest.approx(125.0)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("tags", list(permutations((1, 2, 3))))
+def test_curves_of_a_group_are_joined_in_any_order(tmp_path: Path, tags: tuple[int, int, int], reverse: bool) -> None:
+    """Three sides of a rectangle, of which gmsh hands out the one with the lowest number first; the third is drawn the other
+    way round."""
+    a, b, c = tags
+    loop = f"-4, {c}, -{b}, -{a}" if reverse else f"{a}, {b}, -{c}, 4"
+    (tmp_path / "plate.geo").write_text(
+        "Point(1) = {0, 0, 0}; Point(2) = {3, 0, 0}; Point(3) = {3, 2, 0}; Point(4) = {0, 2, 0};"
+        f"Line({a}) = {{1, 2}}; Line({b}) = {{2, 3}}; Line({c}) = {{4, 3}}; Line(4) = {{4, 1}};"
+        f"Curve Loop(1) = {{{loop}}}; Plane Surface(1) = {{1}}; Physical Curve(\"three\") = {{1, 2, 3}};\n"
+    )
+    outline = read_outline(tmp_path / "plate.geo")
+    three = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]
+    assert list(outline.edges["three"]) in (three, three[::-1])
+    assert outline.area == pytest.approx(6.0) and set(outline.corners) == set(three)
+
+
+def test_a_notch_with_a_bend_starts_a_crack_along_its_last_part() -> None:
+    bent = outlined_beam(specimen__notches=[[[-50, 0], [-50, 10], [-40, 20]]]).specimen
+    ((tip, direction),) = bent.starts
+    assert tip == (-40.0, 20.0)
+    assert direction == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))

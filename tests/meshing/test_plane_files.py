@@ -47,8 +47,9 @@ def test_a_users_mesh_with_a_named_set(tmp_path: Path) -> None:
     assert pieces(mesh) == 2
 
 
-def test_a_users_mesh_with_a_node_set(tmp_path: Path) -> None:
-    plate = grid(kind="quad")
+@pytest.mark.parametrize("kind", ["quad", "triangle6"])
+def test_a_users_mesh_with_a_node_set(tmp_path: Path, kind: str) -> None:
+    plate = grid(kind=kind)
     plate.points = np.column_stack([plate.points, np.zeros(len(plate.points))])
     plate.point_sets = {"FAULT": np.flatnonzero(plate.points[:, 0] == 2)}
     plate.write(tmp_path / "plate.inp")
@@ -82,3 +83,12 @@ def test_a_users_mesh_that_does_not_work_is_named(tmp_path: Path) -> None:
     meshio.Mesh(broken, plate.cells).write(tmp_path / "broken.vtu")
     with pytest.raises(MeshError, match="node 3 is not finite"):
         read_mesh(tmp_path / "broken.vtu", "fault")
+
+
+def test_a_set_of_elements_that_are_not_there_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plate = grid(kind="quad")
+    plate.cell_sets = {"left": [np.array([0, 16])]}
+    (tmp_path / "plate.med").write_text("")
+    monkeypatch.setattr(meshio, "read", lambda path: plate)
+    with pytest.raises(MeshError, match="set 'left' names quad 16 of 16, counted from 0"):
+        read_mesh(tmp_path / "plate.med", [[(2, 0), (2, 4)]])

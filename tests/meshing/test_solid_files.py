@@ -11,6 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from meshing import MeshError, read_band_mesh, read_mesh
+from meshing.defects import check_elements
+from meshing.extrusion import with_mid_nodes
 from meshing.gmsh_session import session
 from meshing.orientation import flipped
 from tests.builders import cubes
@@ -185,3 +187,53 @@ def test_a_solid_band_is_a_set_of_elements(tmp_path: Path) -> None:
     assert [(b.type, len(b.data)) for b in everywhere.cells] == [("hexahedron", 64)]
     with pytest.raises(MeshError, match="band = 'NONE': the file has no such set of elements; it has MIDDLE"):
         read_band_mesh(tmp_path / "block.inp", "NONE")
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_a_corner_that_is_pushed_in_is_found_at_any_size(tmp_path: Path, size: float) -> None:
+    """The last corner of a cube lies beyond the plane of its three neighbours, by a ten-thousandth of the cube's size."""
+    mesh = cubes("hexahedron", 1)
+    points = np.where((mesh.points == 1.0).all(axis=1)[:, None], 2.0 / 3.0 - 1e-4, mesh.points)
+    meshio.Mesh(size * points, mesh.cells, point_sets={"A": np.arange(4)}).write(tmp_path / "cube.inp")
+    with pytest.raises(MeshError, match=r"hexahedron 0 at .* is inverted or flat"):
+        read_mesh(tmp_path / "cube.inp", "A")
+
+
+def test_mid_nodes_are_shared_between_blocks() -> None:
+    mesh = cubes("tetra", 2)
+    cells = mesh.cells[0].data
+    one = with_mid_nodes(mesh)
+    three = with_mid_nodes(meshio.Mesh(mesh.points, [("tetra", part) for part in np.split(cells, [5, 20])]))
+    np.testing.assert_array_equal(three.points, one.points)
+    np.testing.assert_array_equal(np.concatenate([block.data for block in three.cells]), one.cells[0].data)
+
+
+@pytest.mark.parametrize(("shift", "touching"), [((0.0, 0.0, 0.0), 13), ((0.5, 0.0, 0.0), 8), ((2.2, 0.0, -1.0), 0)])
+def test_nodes_within_faces_that_do_not_have_them(shift: tuple[float, float, float], touching: int) -> None:
+    """Four unit cubes on one of 2 x 2 x 1 mm: five nodes within its face and four pairs at its corners; moved by half a cube,
+    those that still lie on it and the two that now lie under a cube; beside it, level with its face, none."""
+    points, cube = cubes("hexahedron", 1).points, cubes("hexahedron", 1).cells[0].data
+    small = cubes("hexahedron", 2)
+    four = small.cells[0].data[(small.points[small.cells[0].data][:, :, 2] <= 1.0).all(axis=1)]
+    both = np.concatenate([points * [2, 2, 1], small.points + np.add(shift, [0, 0, 1])])
+    blocks = [("hexahedron", cube), ("hexahedron", four + len(points))]
+    if touching:
+        with pytest.raises(MeshError, match=f"2 pieces, and {touching} nodes of the boundary touch"):
+            check_elements("a.msh", both, blocks)
+    else:
+        assert not check_elements("a.msh", both, blocks)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("size", [0.1, 10.0])
+def test_a_set_of_nodes_has_its_plus_side_further_along(tmp_path: Path, axis: int, order: int, size: float) -> None:
+    """Whichever side the first element is on, also where the faces together are smaller than a square millimetre."""
+    mesh = cubes("hexahedron", 2)
+    fault, cells = np.flatnonzero(mesh.points[:, axis] == 1.0), mesh.cells[0].data[::order]
+    meshio.Mesh(size * mesh.points, [("hexahedron", cells)], point_sets={"A": fault}).write(tmp_path / "cubes.inp")
+    cracked = read_mesh(tmp_path / "cubes.inp", "A")
+    crack = cracked.cells[-1].data
+    for nodes, side in ((crack[:, :4], -1), (crack[:, 4:], 1)):
+        owners = [cell for cell in cracked.cells[0].data if np.isin(nodes[0], cell).all()]
+        assert len(owners) == 1 and side * (cracked.points[owners[0]].mean(axis=0)[axis] - size) > 0

@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 
-from meshing import MeshError, MeshSizes, NotchedBeam, PlaneSpecimen, PushOff, SingleCrack3D
+from meshing import MeshError, MeshSizes, NotchedBeam, PlaneSpecimen, PushOff, SingleCrack, SingleCrack3D
 from meshing.block import facing
 from tests.meshing.measures import body_volume, check_crack, normals, pieces, sides, volumes
 
@@ -303,6 +303,7 @@ def test_sizes_that_do_not_work_are_named() -> None:
             lambda: block.mesh(MeshSizes(0.01, 12.0)),
             r"mesh.crack_size = 0.01: 1.6e\+07 elements on the crack; expected at least",
         ),
+        (lambda: block.mesh(MeshSizes(0.1, 12.0)), r"mesh.crack_size = 0.1: 1.6e\+05 elements on the crack; .* 0.13 mm"),
         (
             lambda: block.mesh(MeshSizes(0.2, 0.2)),
             "mesh.far_size = 0.2: 8e.06 elements in the body; expected at least 0.23 mm",
@@ -319,3 +320,11 @@ def test_sizes_that_do_not_work_are_named() -> None:
     for make in (lambda: NotchedBeam(175, 125, 50, 0, 25), lambda: PushOff(300, 300, 0)):
         with pytest.raises(MeshError, match="thickness = 0: expected a number above 0"):
             make()
+
+
+@pytest.mark.parametrize("kind", [SingleCrack, SingleCrack3D])
+def test_a_block_is_held_along_and_across_its_drive(kind: type[SingleCrack | SingleCrack3D]) -> None:
+    """At 30 degrees to the normal of the top face; the directions stand at right angles."""
+    axes = np.array(kind(40.0, 30.0, 10.0, drive_angle=30.0).drive_directions)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(len(axes)), atol=1e-15)
+    np.testing.assert_allclose(axes[0, :2], [0.5, np.sqrt(0.75)])

@@ -83,3 +83,13 @@ def test_secant_finds_the_same_in_more_iterations(beam: Scene, model: str) -> No
     assert not secant.history["cuts"].any()
     assert secant.iterations > 5 * newton.iterations  # else it is the same tangent
     assert secant.history["iterations"].max() > MAX_ITERATIONS  # which would have cut the step
+
+
+@pytest.mark.parametrize("control", ["opening", "load", "driven"])
+def test_an_elastic_step_is_solved_at_once(control: str) -> None:
+    """The first step moves to the target with unknowns and load: what is left is rounding, and one more iteration shows it."""
+    steps: list[Any] = []
+    to = {"opening": 1e-5, "load": 100.0, "driven": 1e-4}[control]
+    run(block(stage=[{"control": control, "to": to, "steps": 1}]), on_step=lambda step, row: steps.append(step.equilibrium))
+    assert steps[0].iterations <= 2
+    assert steps[0].residuals[1] < 1e-11

@@ -153,3 +153,16 @@ def test_a_separated_crack_that_is_to_be_closed_goes_on(unload: dict[str, float]
         assert opening.max() == pytest.approx(target) and result.history[name][-1] == pytest.approx(value, rel=1e-3)
     else:
         assert opening[-1] < 0.99 * target
+
+
+@pytest.mark.parametrize(
+    "others", [[{"to": [1.0, 0.0]}], [{"to": 1.0}, {"to": [0.0, 1.1]}], [{"to": 1.0}, {"control": "driven", "to": 0.0}]]
+)
+def test_a_separated_crack_is_closed_by_a_target_behind(others: list[dict[str, Any]]) -> None:
+    """To 20 Zm, where nothing is left of the traction, then back to where the faces touch, even if it opens again later."""
+    wide = 20 * block().material.Zm
+    stages = [{"control": "opening", "steps": 6, **stage, "to": (wide * np.array(stage["to"])).tolist()} for stage in others]
+    history = run(block(stage=stages, solver__tol=1e-6)).history
+    assert history["opening"].max() >= 0.999 * wide
+    shut = history["opening"] < 1e-3 * wide
+    assert history["stress_n"][shut].min() < -1.0 and shut[len(shut) // 2 :].any()
