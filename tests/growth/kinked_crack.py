@@ -73,8 +73,8 @@ def _jumps(nodes: Array) -> tuple[Array, Array]:
 
 
 def _dislocations(at: Array, places: Array) -> tuple[Array, Array]:
-    """Stresses [xx, yy, xy] at points from edge dislocations with unit Burgers vectors along x and y: two (3, n, n) arrays, up to
-    a factor."""
+    """Stresses [xx, yy, xy] at points from edge dislocations with unit Burgers vectors along x and y, up to a factor: two
+    (3, n, n) arrays."""
     x, y = np.moveaxis(at[:, None] - places, -1, 0)
     r4 = (x * x + y * y) ** 2
     glide = np.stack([-y * (3 * x * x + y * y), y * (x * x - y * y), x * (x * x - y * y)]) / r4
