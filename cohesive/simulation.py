@@ -33,6 +33,7 @@ def run(
     output: str | Path | None = None,
     on_step: Callable[[Step, dict[str, float]], None] | None = None,
     tangent: str = "consistent",
+    on_phase: Callable[[str], None] | None = None,
 ) -> Result:
     """Run a scene.
 
@@ -44,6 +45,7 @@ def run(
     output : folder whose history.csv grows row by row during the run; `Result.save` writes the rest.
     on_step : called after every converged step with it and its row of the history; without one a bar shows the progress in
         a notebook.
+    on_phase : called with "mesh", "assemble" and "condense" as each begins, before the first step.
     tangent : "consistent", or "secant" to see what Newton's method is worth: a step may then take 1000 iterations.
 
     Returns
@@ -69,18 +71,22 @@ def run(
     if found is not None:
         scene = found_scene(scene, found)
     reference = load_reference(scene)
-    built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent)
+    built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent, on_phase)
     with notebook_progress(scene.stages) if on_step is None else nullcontext(on_step) as then:
         return _march(scene, built, reference, tangent, output, then, found=found)
 
 
-def resume(folder: str | Path, on_step: Callable[[Step, dict[str, float]], None] | None = None) -> Result:
+def resume(
+    folder: str | Path,
+    on_step: Callable[[Step, dict[str, float]], None] | None = None,
+    on_phase: Callable[[str], None] | None = None,
+) -> Result:
     """Go on with a run that was killed or interrupted, from its last checkpoint: the history is that of a run that was not.
 
     Parameters
     ----------
     folder : `output` of that run, which is written on. Its checkpoint is a pickle: resume what you trust.
-    on_step : see `run`
+    on_step, on_phase : see `run`
 
     Raises
     ------
@@ -88,7 +94,7 @@ def resume(folder: str | Path, on_step: Callable[[Step, dict[str, float]], None]
         If there is nothing to resume; else as `run`.
     """
     last = Checkpoint.read(Path(folder))
-    built = build(last.scene, last.tangent)
+    built = build(last.scene, last.tangent, on_phase)
     with notebook_progress(last.scene.stages) if on_step is None else nullcontext(on_step) as then:
         return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, then, last)
 

@@ -12,7 +12,7 @@ import numpy as np
 from .arrays import Array, Index
 from .cells import CELLS
 from .outline import Outline
-from .sizes import GROWTH, MeshSizes
+from .sizes import MeshSizes, expected_cells
 
 #: a mesh with more nodes is made with twice the element size and halved once, with more than twice as many halved twice
 WHOLE_UP_TO = 20_000
@@ -34,8 +34,7 @@ Projection = Callable[[int, Array], Array]
 def halvings(outline: Outline, sizes: MeshSizes) -> int:
     """How often a mesh of 2D cells is to be halved: 0 for one that gmsh makes at its sizes, at most 2."""
     lengths = [math.dist(a, b) for line in outline.crack for a, b in pairwise(line)]
-    around = 2.0 * sum(lengths) / GROWTH * (1 / sizes.crack_size - 1 / sizes.far_size)  # elements that grow from the path
-    nodes = 1.15 * (outline.area / sizes.far_size**2 + around)  # 2 / 3**0.5: of equilateral triangles
+    nodes = 1.15 * expected_cells(sizes, outline.area, sum(lengths), 2)  # 2 / 3**0.5: of equilateral triangles
     on_segment = min(lengths, default=math.inf) / sizes.crack_size
     wanted = sum(nodes > times * WHOLE_UP_TO for times in (1, 2))
     return max(n for n in range(wanted + 1) if n == 0 or on_segment >= 2**n * _LEAST_ON_SEGMENT)

@@ -82,6 +82,23 @@ def check_count(name: str, size: float, where: str, extent: float, dimension: in
         )
 
 
+def expected_cells(sizes: MeshSizes, extent: float, path: float, dimension: int) -> float:
+    """About how many squares, or cubes, of the sizes fill a body: those around the path, as they grow, and those far from it.
+
+    Parameters
+    ----------
+    extent : area of the body, mm^2, or its volume, mm^3.
+    path : length of the crack path, mm, or its area, mm^2.
+    """
+    near, far = sizes.crack_size, sizes.far_size
+    reach = min((far - near) / GROWTH, 0.5 * extent / path) if path else 0.0  # from the path to where they are large
+    last = near + GROWTH * reach
+    around = 2.0 * path / GROWTH * (near ** (1 - dimension) - last ** (1 - dimension)) / (dimension - 1)
+    if path and dimension == 2:  # beyond an end of the path, in half a circle
+        around += math.pi / GROWTH**2 * (math.log(last / near) + near / last - 1.0)
+    return around + max(extent - 2.0 * path * reach, 0.0) / far**dimension
+
+
 def check_not_layered(sizes: MeshSizes) -> None:
     """Refuse layers; MeshError."""
     if sizes.layers is not None:

@@ -62,7 +62,7 @@ def numbered(corners: Index, directed: bool) -> Index:
             beside.sort(axis=1)
         first = corners[row, at]
         _, second = np.unique(beside[:, 0] * size + beside[:, 1], return_inverse=True)
-        size = max(size, len(beside))
+        size = len(beside)  # above every number in `second`
     _, number = np.unique(first * size + second, return_inverse=True)
     return np.asarray(number)
 

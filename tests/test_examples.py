@@ -81,7 +81,8 @@ def test_width_matters(tmp_path: Path) -> None:
     assert rows[0].added > 2.0 and rows[-1].added < 0.03
 
 
-def test_opening_and_closing(tmp_path: Path) -> None:
+def test_opening_and_closing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(opening_and_closing, "C_ZN", (9.0, 50.0))
     result = opening_and_closing.main(size=10.0, plot=tmp_path / "cycles.png")
     for model in opening_and_closing.MODELS:
         for c_zn in opening_and_closing.C_ZN:

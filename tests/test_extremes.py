@@ -10,14 +10,20 @@ from cohesive import NotConverged
 from examples import extremes, mended_contact
 
 #: maps whose runs take seconds even at their ends
-SLOW = ("steps over", "crack size", "closed loop", "body in pieces", "plane strain, nu")
+SLOW = (
+    "steps over", "crack size", "closed loop", "body in pieces", "plane strain, nu",
+    "sheared from zero", "smoothing c_zn",
+)  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def ends(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str, str], extremes.Outcome]:
-    """The first and last value of every map that is quick."""
+@pytest.fixture(scope="module", params=["quick maps", pytest.param("all maps", marks=pytest.mark.slow)])
+def ends(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> dict[tuple[str, str, str], extremes.Outcome]:
+    """The first and last value of every map."""
     folder = tmp_path_factory.mktemp("meshes")
-    cases = [case for case in extremes.cases(folder, thorough=False) if not any(name in case.map for name in SLOW)]
+    left_out = SLOW if request.param == "quick maps" else ()
+    cases = [case for case in extremes.cases(folder, thorough=False) if not any(name in case.map for name in left_out)]
     return {(case.map, case.row, case.value): extremes.outcome(case) for case in cases}
 
 

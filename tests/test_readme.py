@@ -12,6 +12,7 @@ from cohesive.commands.command_line import main
 from cohesive.solver.columns import COLUMN_NAMES as COLUMNS
 
 ROOT = Path(__file__).parents[1]
+GUIDE = ROOT / "examples" / "guide"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -31,6 +32,7 @@ def test_the_command_runs_and_the_figures_are_its_own(
     monkeypatch.chdir(tmp_path)
     assert main(arguments.split()) == 0
     out = capsys.readouterr().out
+    assert len(README.splitlines()) <= 120
     said = [float(number) for number in re.findall(r"computed peak of (\d+) N comes at (\S+) mm", README)[0]]
     got = [float(number) for number in re.findall(r"peak load: (\S+) N at opening (\S+) mm", out)[0]]
     assert got == pytest.approx(said, rel=1e-3)  # the text is rounded
@@ -40,7 +42,8 @@ def test_the_command_runs_and_the_figures_are_its_own(
 
 
 def test_history_columns_are_documented() -> None:
-    listed = re.findall(r"`(step, load.*?)`", README.replace("\n", " "))[0]
+    page = (GUIDE / "reference" / "python.md").read_text(encoding="utf-8")
+    listed = re.findall(r"`(step, load.*?)`", page.replace("\n", " "))[0]
     assert tuple(name.strip() for name in listed.split(",")) == COLUMNS
 
 

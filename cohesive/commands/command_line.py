@@ -14,6 +14,9 @@ from ..errors import SceneError
 from . import compare, evaluate, fit, keys, law, run, scenes, show, sweep, trade
 from .common import BAD_INPUT, INTERRUPTED, gather_ranks
 
+#: the modules of the commands, in the order of the help
+COMMANDS = (run, show, compare, trade, sweep, fit, evaluate, law, scenes, keys)
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status."""
@@ -36,6 +39,6 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="cohesive", description="Rough cracks in concrete, discrete and smeared.")
     parser.add_argument("--version", action="version", version=f"cohesive-cracks {metadata.version('cohesive-cracks')}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, show, compare, trade, sweep, fit, evaluate, law, scenes, keys):
+    for command in COMMANDS:
         command.add_parser(commands)
     return parser

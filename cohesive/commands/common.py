@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+import threading
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -23,6 +25,12 @@ STOPPED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 #: what ends a run early, with everything before it in the exception's `result`
 ENDS = (NotConverged, KeyboardInterrupt, SceneError, MeshError)
+
+#: seconds after which the bar is drawn again
+_TICK = 0.5
+
+#: what the bar says before the first step
+_PHASES = {"mesh": "meshing", "assemble": "assembling", "condense": "condensing"}
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -92,15 +100,42 @@ def trade_folder(scene: str) -> Path:
     return Path(f"{Path(scene).stem}-trade")
 
 
-def progress(total: int | None = None, unit: str = "step") -> tqdm[Any]:
-    """A bar on a terminal, nothing in a pipe."""
-    return tqdm(total=total, unit=unit, disable=not sys.stderr.isatty(), leave=False)
+@contextmanager
+def progress(total: int | None = None, unit: str = "step") -> Iterator[tqdm[Any]]:
+    """A bar on a terminal, whose clock goes on in long phases too; nothing in a pipe."""
+    with tqdm(total=total, unit=unit, disable=not sys.stderr.isatty(), leave=False) as bar:
+        if bar.disable:
+            yield bar
+            return
+        ended = threading.Event()
+
+        def tick() -> None:
+            while not ended.wait(_TICK):
+                bar.refresh()
+
+        clock = threading.Thread(target=tick, daemon=True)
+        clock.start()
+        try:
+            yield bar
+        finally:
+            ended.set()
+            clock.join()
+
+
+def teller(bar: tqdm[Any]) -> Callable[[str], None]:
+    """What names each phase before the first step on the bar."""
+
+    def on_phase(name: str) -> None:
+        bar.set_description_str(_PHASES[name])
+
+    return on_phase
 
 
 def reporter(bar: tqdm[Any], verbose: bool) -> Callable[[Step, dict[str, float]], None]:
     """What moves the bar after each step."""
 
     def on_step(step: Step, row: dict[str, float]) -> None:
+        bar.set_description_str(refresh=False)
         bar.update()
         bar.set_postfix_str(f"{step.control} {step.value:.4g}, load {row['load']:.4g} N, {row['iterations']} iterations")
         if verbose:

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from ..errors import SceneError
+from ..model.estimate import Estimate, estimate
 from ..results.checkpoints import NAME as CHECKPOINT
 from ..results.files import FILES
 from ..results.locking import held
@@ -26,8 +27,12 @@ from .common import (
     progress,
     reporter,
     status_of,
+    teller,
     trade_folder,
 )
+
+#: expected seconds from which on a run says beforehand, on a terminal, what it will take
+LONG = 60.0
 
 
 def add_parser(commands: Commands) -> None:
@@ -56,7 +61,8 @@ def _execute(options: argparse.Namespace) -> int:
             scene, chosen = _accurate(scene, options)
             notes = [chosen]
             print(chosen, flush=True)
-        return _finished(options, folder, partial(run, scene, output=folder), expected_steps(scene.stages), notes)
+        start = partial(run, scene, output=folder)
+        return _finished(options, folder, start, expected_steps(scene.stages), notes, estimate(scene))
 
 
 def _resumed(options: argparse.Namespace) -> Callable[..., Result]:
@@ -76,12 +82,15 @@ def _finished(
     execute: Callable[..., Result],
     steps: int | None = None,
     notes: Sequence[str] = (),
+    expected: Estimate | None = None,
 ) -> int:
     """Run, save and tell; the exit status."""
     status = 0
     with progress(steps) as bar:
+        if not bar.disable and expected is not None and expected.seconds > LONG:
+            bar.write(f"expected: {expected.text}", sys.stderr)
         try:
-            result = execute(on_step=reporter(bar, options.verbose))
+            result = execute(on_step=reporter(bar, options.verbose), on_phase=teller(bar))
         except ENDS as error:
             partial_result = getattr(error, "result", None)
             if not isinstance(partial_result, Result):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Index
+from ..model.estimate import estimate
 from ..model.marks import DRIVE, GAUGE, PRESSURE, SUPPORT, marks
 from ..model.mesh import CrackedMesh, cracked_mesh
 from ..results.files import make_folder, write_file
@@ -57,6 +58,8 @@ def table(scene: Scene, mesh: CrackedMesh) -> Iterator[str]:
     yield scene.title
     yield _line("specimen", f"{scene.kind}, {' x '.join(f'{side:.4g}' for side in high - low)} mm{_half(scene)}")
     yield _line("mesh", f"{len(mesh.points)} nodes, {_cells(mesh)}")
+    if (expected := estimate(scene)) is not None:
+        yield _line("expected", expected.text)
     yield _line("crack", _crack(scene, mesh))
     for mark in marks(scene.specimen, mesh, scene.model.plane, scene.model.half):
         named = f"{mark.name}, " if mark.name else ""

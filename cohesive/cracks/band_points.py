@@ -119,8 +119,10 @@ class CrackBand:
             failed = np.flatnonzero(~solved)
             if failed.size:
                 worst = int(points[failed[0]])
+                is_printed = self.concrete.contact == "printed"
+                folds = " (printed contact can fold as a band closes; material.contact = 'potential' cannot)" * is_printed
                 raise PointFailure(
-                    f"the crack planes of {failed.size} point(s) have no solution that continues the last one; first",
+                    f"the crack planes of {failed.size} point(s) have no solution that continues the last one{folds}; first",
                     worst,
                 )
             stress[points], tangent[points], traction[planes], Z[planes], slope[planes] = group.respond(frozen)

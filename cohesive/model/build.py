@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -37,13 +37,14 @@ from .model import Model
 from .path_size import path_size_note
 
 
-def build(scene: Scene, tangent: str = "consistent") -> Model:
+def build(scene: Scene, tangent: str = "consistent", on_phase: Callable[[str], None] | None = None) -> Model:
     """Mesh and assemble a scene.
 
     Parameters
     ----------
     tangent : "consistent" (Newton's method, quadratic convergence) or "secant": the stiffness at constant damage in every
         iteration, which converges linearly.
+    on_phase : called with "mesh", "assemble" and "condense" as each begins.
 
     Raises
     ------
@@ -53,15 +54,15 @@ def build(scene: Scene, tangent: str = "consistent") -> Model:
     if scene.grow is not None:
         raise SceneError("specimen.crack = 'grow': the path is not found yet; run(scene) finds it", "specimen.crack")
     timings: dict[str, float] = {}
-    with _timed(timings, "mesh"), _keys_named():
+    with _timed(timings, "mesh", on_phase), _keys_named():
         mesh = cracked_mesh(scene)
-    with _timed(timings, "assemble"), _keys_named():
+    with _timed(timings, "assemble", on_phase), _keys_named():
         elastic, cracking = _elements(scene, mesh)
         cracks = _cracks(scene, mesh, cracking)
         held = boundary(scene.specimen, mesh, scene.model.plane, scene.model.half)
         bulk, rows = _unknowns(scene, mesh, (elastic, cracking), cracks, held)
         _check_held(scene, mesh, held)
-    with _timed(timings, "condense"):
+    with _timed(timings, "condense", on_phase):
         condensation = _condensed(bulk, scene.solver.condensation)
         problem = _problem(scene, mesh, cracks, bulk, condensation, held, rows)
     total = bulk.unknowns.transform.shape[1]
@@ -128,7 +129,9 @@ def _checked(scene: Scene, model: Model, tangent: str) -> Model:
 
 
 @contextmanager
-def _timed(timings: dict[str, float], name: str) -> Iterator[None]:
+def _timed(timings: dict[str, float], name: str, on_phase: Callable[[str], None] | None = None) -> Iterator[None]:
+    if on_phase is not None:
+        on_phase(name)
     clock = time.perf_counter()
     yield
     timings[name] = time.perf_counter() - clock

@@ -13,6 +13,7 @@ from meshing.specimens import Specimen
 
 from ..arrays import Array, Index
 from ..scenes.scene import Scene
+from .estimate import check_fits
 
 
 @dataclass(frozen=True)
@@ -114,9 +115,10 @@ def cracked_mesh(scene: Scene) -> CrackedMesh:
 
     Raises
     ------
-    MeshError
+    SceneError, MeshError
         Naming the key or the entity, its value and what was expected.
     """
+    check_fits(scene)
     specimen: Specimen = scene.specimen
     sizes, dimension = scene.sizes, scene.dimension
     if scene.model.kind == "discrete":

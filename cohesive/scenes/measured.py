@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array
+from ..errors import SceneError
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,20 @@ class Measured:
 
     @classmethod
     def from_curve(cls, x: Array, y: Array, name: str = "measured") -> Measured:
-        """A single curve in mm and N; points at which x runs back are left out."""
-        x, y = rising(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        """A single curve in mm and N; points at which x runs back are left out.
+
+        Raises
+        ------
+        SceneError
+            If x and y are not equally long, or not finite.
+        """
+        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        if x.ndim != 1 or x.shape != y.shape:
+            raise SceneError(f"{name} curve: x {x.shape} and y {y.shape}; expected two sequences of the same length")
+        if not (np.isfinite(x) & np.isfinite(y)).all():
+            row = int(np.argmin(np.isfinite(x) & np.isfinite(y)))
+            raise SceneError(f"{name} curve, row {row}: ({x[row]}, {y[row]}); expected finite numbers")
+        x, y = rising(x, y)
         return cls(name, x, y, y, x_unit="mm", y_unit="N")
 
     @property

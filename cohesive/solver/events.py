@@ -36,10 +36,10 @@ class Watch:
         self._largest = max(self._largest, abs(state.load))
 
     def departs(self, event: Event, before: State, after: State) -> bool:
-        """Whether the quantity moves away from its value."""
+        """Whether the quantity moves away from its value, and not by rounding: on a separated crack it stays what it is."""
         ((name, value),) = event.items()
         old, new = self.record(before)[name], self.record(after)[name]
-        return abs(new - value) > abs(old - value)
+        return abs(new - value) > (1.0 + 1e-9) * abs(old - value)
 
     def locate(self, event: Event, before: State, after: State) -> tuple[float, bool]:
         """Fraction of the step at which the quantity passes its value (1: not in it), and whether the step ends there."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SceneError
 from ..scenes.measured import Measured
-from .standards import STANDARDS, Beam, Quantity, modulus
+from .standards import STANDARDS, Beam, Quantity, en_14651, energy_with_tail, modulus
 
 #: quantities of a beam by their keys, with what is asked for if one is missing
 _ASKED = {
@@ -118,7 +118,19 @@ def _number(values: Mapping[str, Any], key: str, default: float) -> float:
     return float(value)
 
 
-def standard_for(against: str) -> Sequence[str]:
-    """The standards that want this motion."""
-    wanted = "deflection" if against in _DEFLECTIONS else "opening"
-    return [name for name, (_, motion) in STANDARDS.items() if motion == wanted]
+def without_mass(measured: Measured, against: str, specimen: Mapping[str, Any]) -> Evaluation | None:
+    """What a curve says of a beam whose mass is not known, as far as the curve goes; None for another specimen.
+
+    Parameters
+    ----------
+    specimen : the table of a scene.
+    """
+    if specimen.get("kind") != "notched-beam" or specimen.get("notch_position"):
+        return None
+    beam = beam_of({f"specimen.{key}": value for key, value in specimen.items()})
+    x, y, is_opening = measured.x, measured.y, against not in _DEFLECTIONS
+    found = energy_with_tail(beam, x, y, 0.75 if is_opening else 1.0)
+    if is_opening:
+        found += en_14651(beam, x, y)
+    found.append(modulus(beam, x, y, is_opening))
+    return Evaluation("without a model", measured.name, [each for each in found if each.value is not None])

@@ -47,11 +47,17 @@ _DISTINCT = 0.03
 #: the test does not see a number that moves no load by this part of the peak when it changes by its own size
 _UNSEEN = 1e-3
 
+#: how far an interval reaches at most, scaled: a factor of 1000, which says that the number is not seen
+_FURTHEST = float(np.log(1000.0))
+
 #: parameters of contact and shear
 _OF_SHEAR = ("h", "m_g", "r_sigma", "mu_sigma", "c1", "n_g", "r_z", "c_zn", "c_lm", "u_phi0", "Zm")
 
-#: measured and computed largest loads may differ by this factor, and their openings
+#: measured and computed largest loads may differ by this factor
 _UNITS = 100.0
+
+#: loads at the same place may differ by this factor, in the median of those above this part of the peak
+_OFF, _HIGH = 20.0, 0.1
 
 
 def fit(
@@ -105,6 +111,7 @@ def fit(
     if profile and kind == "profile" and added is not None:
         half = found.quantile * np.sqrt(np.diag(added))
         ends = trial.z[:, None] + np.sign(ends - trial.z[:, None]) * np.hypot(ends - trial.z[:, None], half[:, None])
+    ends = np.clip(ends, trial.z[:, None] - _FURTHEST, trial.z[:, None] + _FURTHEST)
     words = in_words(problem.parameters, trial.z, ends, found.correlation, found.count, kind == "feasible")
     return Fit(each, problem, minima, trial, found, ends, kind, words, check)
 
@@ -163,7 +170,7 @@ def _first(problem: FitProblem) -> Trial:
         trial = problem.trial(z)
     except FAILURES as error:
         raise SceneError(f"the start of the fit does not run: {error}; expected other numbers in the scene") from error
-    for data, rows in zip(problem.data, trial.rows, strict=True):
+    for data, rows, load in zip(problem.data, trial.rows, trial.loads, strict=True):
         ratio = data.peak / max(float(rows.history["load"].max()), 1e-300)
         if not 1.0 / _UNITS < ratio < _UNITS:
             raise SceneError(
@@ -171,18 +178,13 @@ def _first(problem: FitProblem) -> Trial:
                 "loads in N (see reference.y_unit)",
                 "reference.y_unit",
             )
-        peak = int(rows.history["load"].argmax())
-        at = float(rows.history[data.against][peak])
-        if peak == len(rows.steps) - 1 and trial.loads[0].max() < 0.02 * data.peak:
+        high = data.middle > _HIGH * data.peak
+        off = float(np.median(data.middle[high] / np.maximum(load[high], 1e-9 * data.peak)))
+        if not 1.0 / _OFF < off < _OFF:
             raise SceneError(
-                f"reference: it ends at {data.x.max():.3g}, where the scene has hardly any load; expected mm (see "
-                "reference.x_unit)",
-                "reference.x_unit",
-            )
-        if data.x.max() > _UNITS * _UNITS * max(at, 1e-300):
-            raise SceneError(
-                f"reference: it ends at {data.x.max():.3g} mm, the peak of the scene is at {at:.3g} mm; expected mm (see "
-                "reference.x_unit)",
+                f"reference: its loads are {off:.3g} times those of the scene at the same {data.against}, its largest one is "
+                f"met at {data.x[int(data.middle.argmax())]:.3g} mm; expected mm (see reference.x_unit), or other numbers in "
+                "the scene",
                 "reference.x_unit",
             )
     return trial
@@ -260,7 +262,7 @@ def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
         if solved is None:
             raise SceneError("no start of the fit runs; expected other bounds")
         z, cost, evaluations = solved
-        found.append(Minimum(z, cost, problem.by_name(z), rms(problem, problem.trial(z)), evaluations, 1))
+        found.append(Minimum(z, cost, problem.by_name(z), rms(problem, problem.trial(z)), evaluations, 0))
     return sorted(found, key=lambda one: one.cost)
 
 
@@ -304,12 +306,12 @@ def solve(
         gtol=1e-10,
         max_nfev=most,
     )
-    if strict and _is_stuck(found.fun, found.jac[:, found.active_mask == 0]):
+    if strict and is_stuck(found.fun, found.jac[:, found.active_mask == 0]):
         return None
     return at(found.x), 2.0 * float(found.cost), int(found.nfev)
 
 
-def _is_stuck(residuals: Array, jacobian: Array) -> bool:
+def is_stuck(residuals: Array, jacobian: Array) -> bool:
     """Whether a way down ended though it leads on: at numbers with which there is no run, or at a snap."""
     if float(np.mean(residuals**2)) < _NOTHING or not jacobian.size:
         return False
@@ -366,9 +368,14 @@ def _scatter(problem: FitProblem, trial: Trial, scatter: Mapping[str, float]) ->
     """What known scatter of other numbers adds to the covariance: each moves the fit by -(J'J)^-1 J' dr."""
     if not scatter:
         return None
+    varied_keys = {each.key for each in problem.parameters}
     jacobian = problem.jacobian(trial.z)
     added = np.zeros((len(trial.z), len(trial.z)))
     for key, deviation in scatter.items():
+        if key in varied_keys:
+            raise SceneError(f"scatter {key}: it is varied; expected a number that the fit takes as known", key)
+        if not 0.0 < deviation < np.inf:
+            raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
         parts = []
         for i, (rig, data) in enumerate(zip(problem.rigs, problem.data, strict=True)):
             values = problem.values(trial.z, i)

@@ -168,7 +168,7 @@ def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: A
                 pair = f"{parameters[j].short} and {parameters[i].short}"
                 found.append(f"{pair} trade: r = {correlation[i, j]:.2f}".replace("0.", "."))
     for each, at, (low, high) in zip(parameters, z, ends, strict=True):
-        value, bottom, top = each.value(float(at)), each.value(float(low)), each.value(min(float(high), 700.0))
+        value, bottom, top = each.value(float(at)), each.value(float(low)), each.value(float(high))
         if top - bottom > 2.0 * _WIDE * abs(value):
             found.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
     if not is_set and count < 2.0 * len(z) + 1.0:

@@ -34,6 +34,7 @@ def summary(fit: Fitted) -> str:
     lines[-len(fit.values) - 1] += f"; intervals of 95 % ({kind}):"
     lines += [f"identifiable: {words}" for words in fit.identifiable]
     lines += fit.notes
+    lines += [line for one in fit.evaluations for line in one.summary().splitlines()]
     lines.append(f"work: {fit.runs} runs, {fit.sensitivities} with derivatives, {fit.condensations} condensation(s)")
     return "\n".join(lines)
 
@@ -54,6 +55,7 @@ def facts(fit: Fitted) -> dict[str, Any]:
         ],
         "work": {"runs": fit.runs, "sensitivities": fit.sensitivities, "condensations": fit.condensations},
         "notes": fit.notes,
+        "evaluations": [{"curve": one.name, "values": one.values} for one in fit.evaluations],
         "scenes": [scene.title for scene in fit.scenes],
     }
 

@@ -13,6 +13,7 @@ from ..arrays import Array
 from ..results.result import Result
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
+from .evaluation import Evaluation, without_mass
 from .fit_intervals import Statistics
 from .fit_problem import FAILURES, FitProblem, Trial, at_rows
 from .rig import Rig
@@ -29,7 +30,7 @@ class Minimum:
     values : {name: number}
     rms : over the largest measured load
     evaluations : runs from its start
-    starts : from how many starts it was found
+    starts : from how many starts it was found; 0: from none, it is only the lowest place that was met
     """
 
     z: Array
@@ -79,7 +80,7 @@ class Fitted:
         self.rms = minima[0].rms
         self.interval_kind, self.identifiable, self.correlation = kind, words, found.correlation
         self.intervals = {
-            each.name: (each.value(float(low)), each.value(min(float(high), 700.0)))
+            each.name: (each.value(float(low)), each.value(float(high)))
             for each, (low, high) in zip(problem.parameters, ends, strict=True)
         }
         self.effective_rows = found.count
@@ -93,6 +94,15 @@ class Fitted:
     def scenes(self) -> list[Scene]:
         """The scenes with the fitted numbers."""
         return [scene.with_(**self.problem.values(self.trial.z, i)) for i, scene in enumerate(self._given)]
+
+    @cached_property
+    def evaluations(self) -> list[Evaluation]:
+        """What each measured curve of a notched beam says without a model, to stand beside the fitted numbers."""
+        found = []
+        for scene, data in zip(self._given, self.problem.data, strict=True):
+            each = [without_mass(curve, data.against, scene.data["specimen"]) for curve in data.curves]
+            found += [one for one in each if one is not None]
+        return found
 
     @property
     def scene(self) -> str:
@@ -134,6 +144,11 @@ class Fitted:
         return list(dict.fromkeys(found))
 
     def _minima_notes(self) -> list[str]:
+        if not self.minima[0].starts:
+            return [
+                "warning: no start ends in a minimum, each is stopped by numbers with which the scene does not run, or by "
+                "a snap; expected other bounds, or more starts"
+            ]
         if len(self.minima) == 1:
             return []
         others = "; ".join(

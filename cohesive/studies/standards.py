@@ -100,7 +100,7 @@ def rilem_tc_50(beam: Beam, x: Array, y: Array) -> list[Quantity]:
         Quantity("GF", (work + weight) / beam.ligament, "N/mm", "(W0 + m g d0)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over deflection"),
         Quantity("m g d0", weight, "N mm", f"m = {mass:.4g} kg, d0 = {float(x[-1]):.4g} mm"),
-        *_with_tail(beam, x, y, 1.0),
+        *energy_with_tail(beam, x, y, 1.0),
     ]
 
 
@@ -112,7 +112,7 @@ def jci_s_001(beam: Beam, x: Array, y: Array) -> list[Quantity]:
         Quantity("GF", (0.75 * work + weight) / beam.ligament, "N/mm", "(.75 W0 + W1)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over opening"),
         Quantity("W1", weight, "N mm", f".75 (S/L m1 + 2 m2) g CMODc, CMODc = {float(x[-1]):.4g} mm"),
-        *_with_tail(beam, x, y, 0.75),
+        *energy_with_tail(beam, x, y, 0.75),
     ]
 
 
@@ -128,8 +128,8 @@ def en_14651(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     return found
 
 
-def _with_tail(beam: Beam, x: Array, y: Array, factor: float) -> list[Quantity]:
-    """Fracture energy with the far tail in place of the weight."""
+def energy_with_tail(beam: Beam, x: Array, y: Array, factor: float) -> list[Quantity]:
+    """Fracture energy with the far tail in place of the weight; `factor` is the deflection over x far in the tail."""
     last, peak = float(x[-1]), int(np.argmax(y))
     rest = float(y[-1])
     load = y - rest

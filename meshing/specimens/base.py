@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -19,7 +20,7 @@ from ..outline import Outline
 from ..paths import Line, Point
 from ..paths import path_length as length_of_path
 from ..polygon import mesh_body, mesh_polygon
-from ..sizes import MeshSizes
+from ..sizes import MeshSizes, expected_cells
 
 #: name of a point set of the mesh, or a point that is a node
 Location = str | tuple[float, ...]
@@ -27,6 +28,12 @@ Direction = tuple[float, ...]
 
 #: name of the gauge that measures `opening` and `sliding`
 MAIN_GAUGE = "opening"
+
+#: nodes for each square of the element size, by shape and order: from meshes; the least would be 1.15 corners of triangles
+_NODES = {("triangle", 1): 1.25, ("triangle", 2): 5.0, ("quad", 1): 1.5, ("quad", 2): 4.5}
+
+#: nodes of tetrahedra, and of triangles, of second order over those of first order
+_MORE_IN_TETRAHEDRA, _MORE_IN_TRIANGLES = 7.0, 4.0
 
 #: normal of the plane strain or stress of an extruded specimen
 _ACROSS: Direction = (0.0, 0.0, 1.0)
@@ -139,6 +146,10 @@ class Specimen(ABC):
     has_outline: ClassVar[bool] = False
 
     thickness: float | None
+
+    def expected_nodes(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> tuple[float, float]:
+        """About how many nodes a mesh will have, in all and on each face of the crack; 0 if that is not known."""
+        return 0.0, 0.0
 
     @abstractmethod
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
@@ -296,6 +307,20 @@ class PlaneSpecimen(Specimen):
     @abstractmethod
     def outline(self, half: bool = False) -> Outline:
         """The geometry, or one half of it."""
+
+    def expected_nodes(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> tuple[float, float]:
+        """About how many nodes a mesh will have, in all and on each face of the crack."""
+        outline = self.outline(half)
+        length = sum(math.dist(a, b) for line in outline.crack for a, b in pairwise(line))
+        flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
+        along = length / sizes.crack_size
+        flat = flat * _NODES[sizes.shape, sizes.order if dimension == 2 else 1] + along
+        if dimension == 2:
+            return flat, sizes.order * along
+        through = sizes.layers_through(self.thickness) + 1
+        if sizes.order == 2:
+            return _MORE_IN_TETRAHEDRA * flat * through, _MORE_IN_TRIANGLES * along * through
+        return flat * through, along * through
 
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""

@@ -14,9 +14,15 @@ from ..arrays import Array
 from ..block import PlaneCrack, mesh_block
 from ..errors import MeshError
 from ..keys import check_keys, key
-from ..sizes import MeshSizes
+from ..sizes import MeshSizes, expected_cells
 from .base import Direction, Drive, Gauge, Specimen, Support, expect
 from .registry import register_specimen
+
+#: nodes for each cube of the element size, by the order of the tetrahedra
+_NODES = {1: 1.4, 2: 10.0}
+
+#: nodes for each square of the element size on the crack
+_ON_CRACK = {1: 1.25, 2: 5.0}
 
 
 @register_specimen("single-crack-3d")
@@ -146,6 +152,11 @@ class SingleCrack3D(Specimen):
             x, y, z = (self.gauge / 2 * self.normal).tolist()
             nodes = {"gauge_minus": (-x, -y, -z), "gauge_plus": (x, y, z)}
         return mesh_block(self.sides, self.crack, sizes, nodes, conforming)
+
+    def expected_nodes(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 3) -> tuple[float, float]:
+        """About how many nodes a mesh will have, in all and on each face of the crack."""
+        on_crack = _ON_CRACK[sizes.order] * self.crack_area / sizes.crack_size**2
+        return _NODES[sizes.order] * expected_cells(sizes, math.prod(self.sides), self.crack_area, 3), on_crack
 
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 3) -> meshio.Mesh:
         """Mesh for a discrete crack: crack cells on its plane, as `insert_cracks` gives it. There is no half of it."""

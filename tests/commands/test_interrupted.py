@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import cohesive.algebra.choice
@@ -267,3 +268,96 @@ def test_an_interruption_while_modules_are_loaded_leaves_no_traceback(delay: flo
     _, err = process.communicate(timeout=60)
     assert (process.returncode, "Traceback" in err) == (130, False), err
     assert "cohesive: interrupted" in err or "stopped" in err
+
+
+# -- signals at any moment, and a disk that is full at any file ------------------------------------
+
+
+def started(folder: Path, *changes: str) -> subprocess.Popen[str]:
+    """A run in a process of its own."""
+    sets = [word for change in changes for word in ("--set", change)]
+    command = [sys.executable, "-m", "cohesive", "run", "notched-beam", "-o", str(folder), *sets]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def is_whole(folder: Path) -> None:
+    """No file is half-written, and every row of the history is whole."""
+    assert not list(folder.rglob(".*partial*"))
+    if (folder / "history.csv").exists():
+        rows(folder)
+
+
+def test_a_signal_ends_a_long_call(tmp_path: Path) -> None:
+    """gmsh is at work for minutes, and comes to no signal by itself."""
+    process = started(tmp_path, "mesh.crack_size=0.001")
+    time.sleep(3.0)
+    clock = time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert time.monotonic() - clock < 10.0  # 1 second, on a machine that is not busy
+    assert "cohesive: terminated" in err and "Traceback" not in err
+    is_whole(tmp_path)
+
+
+@pytest.mark.slow
+def test_sixty_interruptions(tmp_path: Path) -> None:
+    """At random moments: status, whole files, and the history of a run that was not interrupted once it is resumed."""
+    changes = ("mesh.crack_size=0.3", "mesh.far_size=3.0", "stage.0.steps=200")
+    clock = time.monotonic()
+    process = started(tmp_path / "whole", *changes)
+    assert process.communicate()[1] == ""
+    duration = time.monotonic() - clock
+    expected = (tmp_path / "whole" / "history.csv").read_text().splitlines()
+    random = np.random.default_rng(5)
+    for i in range(60):
+        folder, number = tmp_path / str(i), (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)[i % 3]
+        process = started(folder, *changes)
+        time.sleep(random.uniform(0.15, 1.05 * duration))  # before that the interpreter itself is starting
+        clock = time.monotonic()
+        process.send_signal(number)
+        _, err = process.communicate(timeout=60)
+        assert "Traceback" not in err, err
+        assert process.returncode in (0, -signal.SIGKILL if number == signal.SIGKILL else 128 + number), (i, err)
+        assert time.monotonic() - clock < 10.0
+        if number != signal.SIGKILL:
+            is_whole(folder)
+        if not (folder / "checkpoint.pickle").exists():
+            continue
+        assert main_of("run", "--resume", str(folder)) == 0
+        found = (folder / "history.csv").read_text().splitlines()
+        at = expected[0].split(",").index("wall_time")
+        assert [without(line, at) for line in found] == [without(line, at) for line in expected]
+
+
+def without(line: str, at: int) -> list[str]:
+    """The values of a row but for one."""
+    values = line.split(",")
+    return values[:at] + values[at + 1 :]
+
+
+def main_of(*arguments: str) -> int:
+    """Exit status of the command in a process of its own."""
+    return subprocess.run([sys.executable, "-m", "cohesive", *arguments], capture_output=True, check=False).returncode
+
+
+@pytest.mark.parametrize("at", [1, 3, 6, *(pytest.param(at, marks=pytest.mark.slow) for at in (2, 4, 5, *range(7, 26)))])
+def test_a_disk_that_is_full_at_any_file(
+    at: int, command: Callable[..., int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Renaming the file fails: the message names it, and what is there is whole."""
+    refused: list[str] = []
+    replace = os.replace
+
+    def full(source: Path, target: Path) -> None:
+        refused.append(str(target))
+        if len(refused) >= at:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full)
+    status = command("run", "notched-beam", "-o", str(tmp_path), *QUICK)
+    err = capsys.readouterr().err
+    assert status == (2 if len(refused) >= at else 0), refused
+    assert "Traceback" not in err and (not status or "No space left on device" in err)
+    is_whole(tmp_path)

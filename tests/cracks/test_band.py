@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from cohesive import CrackPlane
 from cohesive.arrays import Array
 from cohesive.cracks.band_points import BandState
+from cohesive.cracks.crack_planes import CrackPlanes
 from cohesive.elements.rotations import stress_tensor
 from cohesive.errors import PointFailure
 from tests.cracks.bands import (
@@ -25,6 +27,7 @@ from tests.cracks.bands import (
     check,
     dimension,
     follow,
+    plane_turns,
     shear,
     turned,
     turned_stress,
@@ -240,3 +243,57 @@ def test_random_walks_in_3d_stay_on_the_law() -> None:
                 passed += 1
         planes += len(state.planes.point)
     assert planes >= 16 and passed >= 155
+
+
+@pytest.mark.parametrize(("strains", "separated"), [((1.0, 1.0), True), ((1.0, 0.0), False), ((1.0, -1e-4), False)])
+def test_separated_is_where_every_point_is(strains: tuple[float, float], separated: bool) -> None:
+    """Opened to 100 Zm; then one of the two points pressed together again, or never opened."""
+    law = band(20.0, turns=plane_turns(0.0, 0.0))
+    pull = np.array([[strain != 0, 0, 0] for strain in strains]) * 100 * Zm / 20.0
+    state = follow(law, law.initial(), 1e-3 * pull, pull)
+    if strains[1] < 0:
+        state = follow(law, state, pull * [[1.0], [-1e-5]])
+        assert abs(state.planes.traction[1]).max() > 0.01 * FT
+    assert law.is_separated(state) == separated
+
+
+def test_a_closed_plane_that_slides_freely_is_not_separated() -> None:
+    """A spent plane with a traction along one axis only."""
+    law = band(20.0)
+    pull = np.array([[100 * Zm / 20.0, 0, 0]])
+    state = follow(law, law.initial(), 1e-3 * pull, pull)
+    assert law.is_separated(state)
+    pressed = replace(state, planes=replace(state.planes, traction=np.array([[-1.0, 0.0]])))
+    assert not law.is_separated(pressed)
+
+
+@pytest.mark.parametrize(("second", "planes"), [(1.06, 2), (1.04, 1)])
+def test_points_half_as_far_beyond_ft_crack_together(second: float, planes: int) -> None:
+    """Elastic stresses of 1.1 ft at one point, at the other 1.06 or 1.04 ft: its excess is 0.6 or 0.4 of the largest."""
+    law = band(20.0, turns=plane_turns(0.0, 0.0))
+    stress = FT * np.array([[1.1, 0, 0], [second, 0, 0]])
+    start = law.initial()
+    state, _ = law.update(np.linalg.solve(law.D, stress.T).T, start)
+    grown = law.nucleate(start, state)
+    assert grown is not None and len(grown.planes.point) == planes
+
+
+def test_a_plane_beyond_a_fold_is_not_followed() -> None:
+    """Printed contact at nu = .45 is stiffer than the concrete: in closing, the strain of the point has a least value, beyond
+    which a smaller jump needs a larger strain. A state there, put together by hand, has no solution that continues it."""
+    side = 40.0
+    law = band(side, "strain", nu=0.45)
+    Z = np.array([0.157 * Zm])
+
+    def state(jump: float) -> BandState:
+        traction, _, _ = CrackPlane(law.concrete, side).update(np.array([[jump, 0.0]]), Z)
+        e = np.array([[jump / side, 0.0]])
+        strain = np.array([[jump / side - law.compliance[0] * traction[0, 0] + traction[0, 0] / law.D[0, 0], 0.0, 0.0]])
+        stress = (strain - [[e[0, 0] - law.compliance[0] * traction[0, 0], 0.0, 0.0]]) @ law.D
+        point, slope = np.zeros(1, dtype=np.intp), np.zeros((1, 2, 3))
+        return BandState(strain, stress, CrackPlanes(point, np.eye(2)[None], np.array([side]), e, traction, Z, slope))
+
+    open_, shut = state(0.02 * Zm), state(5.2e-4 * Zm)
+    assert np.linalg.norm(law.update(open_.deformation, open_)[0].stress - open_.stress) < 1e-9 * FT
+    with pytest.raises(PointFailure):
+        law.update(shut.deformation, shut)

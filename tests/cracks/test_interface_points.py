@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import scipy.sparse as sp
 
 from cohesive import Concrete, CrackPlane
@@ -44,3 +45,16 @@ def test_the_axes_in_a_facet_are_arbitrary() -> None:
     assert points_law.dissipation(start, state)[0].max() > 0 and abs(energies[2]).max() > 0
     for one, other in zip(*results, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-11 * abs(one).max())
+
+
+@pytest.mark.parametrize(("openings", "separated"), [((1.0, 1.0), True), ((1.0, 1e-5), False), ((1.0, 0.3), False)])
+def test_separated_is_where_every_point_is(openings: tuple[float, float], separated: bool) -> None:
+    """Opened to 100 Zm, or one of the two points not at all or to 30 Zm and pressed together again."""
+    law = CrackPlane(Concrete.preset("reinhardt"), 0.5)
+    points = InterfaceLaw(law, 2)
+    jump = 100 * law.concrete.Zm * np.array([[opening, 0.0] for opening in openings])
+    state = points.update(jump, points.initial())[0]
+    if openings[1] == 0.3:
+        state = points.update(jump * [[1.0, 0.0], [-1e-4, 0.0]], state)[0]
+        assert law.is_spent(state.Z).all() and state.stress[1, 0] < 0
+    assert points.is_separated(state) == separated

@@ -13,6 +13,7 @@ from cohesive.arrays import Array
 from cohesive.elements.bulk import ELEMENTS, ElasticBlock, elasticity
 from cohesive.elements.chords import longest_chord
 from cohesive.elements.rotations import PAIRS
+from cohesive.elements.shapes import gauss_cube, quadratic_along
 from cohesive.errors import ElementError
 from cohesive.model.band import centre_line
 from tests.builders import MIDS, Patch, box, rectangle, rotation
@@ -236,3 +237,16 @@ def test_the_mid_plane_sees_all_but_twisting() -> None:
     linear = (operator @ np.stack([0 * x, 0 * x, (1 + 0.4 * x - 0.3 * y) * z], axis=1).ravel()).reshape(-1, 6)
     np.testing.assert_allclose(linear[:, [0, 1, 3, 4, 5]], 0.0, atol=1e-14)  # a crack that opens linearly: no shear
     np.testing.assert_allclose(linear[:, 2], 1 + 0.4 * (where[:, 0] - 1) - 0.3 * (where[:, 1] - 1), rtol=1e-13)
+
+
+def test_the_rule_of_a_band_element_integrates_its_stiffness() -> None:
+    """A rectangle of 3 x 2 mm with mid-sides along x only, against 6 x 6 points; any deformation of its nodes."""
+    at, weights = gauss_cube(6, 2)
+    nodes = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [0, 1]]) * [1.5, 1.0]
+    block = ElasticBlock("quad6", nodes, np.arange(6)[None], elasticity(30e3, 0.2, "stress"), THICKNESS)
+    dN = quadratic_along(at)[1] / [1.5, 1.0]
+    B = np.zeros((len(at), 3, 12))
+    B[:, 0, 0::2] = B[:, 2, 1::2] = dN[:, :, 0]
+    B[:, 1, 1::2] = B[:, 2, 0::2] = dN[:, :, 1]
+    exact = np.einsum("q,qia,ij,qjb->ab", THICKNESS * 1.5 * weights, B, block.D, B)
+    np.testing.assert_allclose(block.stiffness()[0], exact, rtol=0, atol=1e-12 * exact.max())

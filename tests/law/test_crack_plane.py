@@ -333,3 +333,18 @@ def test_a_law_of_many_widths_is_the_laws_of_each(components: int) -> None:
     for bad in (np.array([1.0, 0.0]), np.array([1.0, -2.0]), np.array([np.nan]), np.array([np.inf]), np.ones((2, 2))):
         with pytest.raises(ValueError, match=r"(?s)^width = .*: expected a \(n,\) array of finite numbers above 0"):
             many.with_width(bad)
+
+
+def test_dissipation_tells_rounding_from_a_start_below_the_surface() -> None:
+    """A start that misses the damage surface by rounding counts as on it, with the mean of both ends' u.k.u / Z^2; one that is
+    clearly below has no such ratio of its own: only that of the end counts, wherever it starts."""
+    start, end = np.array([[0.05, 0.0]]), np.array([[0.06, 0.08]])
+    Z0 = NARROW.history(start, np.zeros(1))
+    Z1 = NARROW.history(end, Z0)
+
+    def value(part: float) -> float:
+        return float(NARROW.dissipation(part * start, Z0, end, Z1)[0][0])
+
+    assert value(1 - 1e-12) == pytest.approx(value(1.0), rel=1e-9)
+    assert value(1 - 1e-7) == value(0.5)
+    assert abs(value(0.5) - value(1.0)) > 1e-3 * value(1.0)

@@ -293,10 +293,11 @@ def random_points(random: np.random.Generator) -> dict[str, list[list[float]]]:
     return {"points": [[float(x), float(y)] for x, y in zip(w, [*stress, 0.0], strict=True)]}
 
 
-def test_random_points_through_cyclic_tension_in_a_band() -> None:
-    """200 curves, opened and closed at a point of the band: the local iteration stops at none of their kinks."""
+@pytest.mark.parametrize("curves", [25, pytest.param(200, marks=pytest.mark.slow)])
+def test_random_points_through_cyclic_tension_in_a_band(curves: int) -> None:
+    """Random curves, opened and closed at a point of the band: the local iteration stops at none of their kinks."""
     random, rising = np.random.default_rng(8), 0
-    for _ in range(200):
+    for _ in range(curves):
         softening = random_points(random)
         m = concrete(softening)
         rising += m.steepest_rise is not None
@@ -308,7 +309,7 @@ def test_random_points_through_cyclic_tension_in_a_band() -> None:
                 t, _ = CrackPlane(m, 5.0).traction(state.planes.jump, state.planes.Z)
                 np.testing.assert_allclose(state.planes.traction, t, atol=1e-9 * m.ft)
             at = target
-    assert rising > 50
+    assert rising > curves / 4
 
 
 @case

@@ -8,7 +8,7 @@ import pytest
 
 from cohesive.arrays import Array, Index
 from meshing import MeshError, insert_cracks
-from meshing.insertion import cut_slits, mirror_cracks
+from meshing.insertion import crack_front_length, cut_slits, mirror_cracks
 from meshing.paths import edges_on_path
 from tests.builders import MIDS, cubes, grid
 from tests.meshing.measures import (
@@ -205,3 +205,11 @@ def test_a_surface_that_does_not_work_is_named() -> None:
     mixed = meshio.Mesh(mesh.points, [*mesh.cells, ("tetra", np.array([[0, 1, 5, 25]]))])
     with pytest.raises(MeshError, match="mixes solid cells that share no faces: hexahedron, tetra"):
         insert_cracks(mixed, through)
+
+
+def test_the_front_ends_at_the_sides_of_the_body() -> None:
+    """Half of a cube of 4 mm is cut: the front is 4 mm long, and the edges that lead to its ends are no part of it."""
+    mesh = cubes("hexahedron")
+    half = insert_cracks(mesh, faces_on(mesh, *on(Z, 2, (X, 0, 2), (Y, 0, 4))))
+    assert crack_front_length(half) == pytest.approx(4.0)
+    assert crack_front_length(cut(grid(), [(0.0, 2.0), (2.0, 2.0)])) == 0.0

@@ -13,7 +13,7 @@ from cohesive.scenes.keys import scene_keys, specimen_kinds
 from cohesive.scenes.scene import TABLES, built_in
 from cohesive.solver.columns import COLUMN_NAMES
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+REFERENCE = Path(__file__).parents[2] / "examples" / "guide" / "reference"
 
 
 @pytest.mark.parametrize("kind", specimen_kinds())
@@ -41,14 +41,15 @@ def test_all_keys_of_the_built_in_scenes_are_in_the_list() -> None:
                     assert {(table, key) for key in entry} <= known
 
 
-def test_the_readme_names_the_same_keys_and_columns() -> None:
-    block = README[README.index("    [specimen]   kind =") : README.index("`cohesive keys notched-beam` lists")]
+def test_the_guide_names_the_same_keys_and_columns() -> None:
+    scenes, python = ((REFERENCE / name).read_text(encoding="utf-8") for name in ("scenes.md", "python.md"))
+    block = scenes[scenes.index("    [specimen]   kind =") : scenes.index("`cohesive keys notched-beam` lists")]
     for key in scene_keys():
         if key.table not in ("", "specimen", "material"):
             assert re.search(rf"\b{key.name}\b", block), f"{key.table}.{key.name}"
     for kind in specimen_kinds():
         assert f'"{kind}"' in block
-    columns = README[README.index("`history` holds the state") :]
+    columns = python[python.index("`history` holds the state") :]
     assert tuple(re.findall(r"\w+", columns[columns.index("`step,") : columns.index("stage`") + 5])) == COLUMN_NAMES
 
 

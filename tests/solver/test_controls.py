@@ -201,3 +201,13 @@ def test_exceptions_travel_between_processes() -> None:
         copy = pickle.loads(pickle.dumps(error))
         assert type(copy) is type(error) and str(copy) == str(error) and vars(copy) == vars(error)
     assert SceneError("x").key == "" and SceneError("x").result is None and Interrupted().finished == ()
+
+
+@pytest.mark.parametrize("size", [8.0, 4.0])
+def test_dissipation_control_finds_the_onset_where_the_way_to_it_is_not_quite_linear(size: float) -> None:
+    """The planes of a slanted band are in contact before they are damaged: the residual there is 1e-4."""
+    stages = [{"control": "dissipation", "to": 20.0, "steps": 12}]
+    scene = block(specimen__angle=10.0, solver__tol=1e-9, mesh__crack_size=size, model__kind="smeared", stage=stages)
+    history = run(scene).history
+    assert history["dissipated"][-1] == pytest.approx(20.0, rel=1e-6)
+    assert history["residual"].max() <= 1e-9

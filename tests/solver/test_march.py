@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from cohesive import NotConverged, Result, Scene, run
-from cohesive.errors import Interrupted
+from cohesive.errors import Interrupted, PointFailure
+from cohesive.solver.snap import advance_past_onset
 from tests.builders import block
 
 
@@ -138,3 +139,21 @@ def test_an_interruption_carries_what_was_computed() -> None:
         run(block(), on_step=interrupt)
     assert isinstance(caught.value, KeyboardInterrupt) and isinstance(caught.value.result, Result)
     assert caught.value.result.steps == 3 and caught.value.result.notes == ["stopped: by the user"]
+
+
+@pytest.mark.parametrize(("cause", "factor"), [(None, 0.5), (PointFailure("a plane", 0), 0.25)])
+def test_a_failed_step_is_cut_in_two_and_a_failed_point_in_four(
+    cause: PointFailure | None, factor: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[float] = []
+
+    def advance_unless_first(problem: Any, state: Any, control: str, target: float, reversal: bool) -> Any:
+        tried.append(target)
+        if len(tried) == 1:
+            raise NotConverged("at first") from cause
+        return advance_past_onset(problem, state, control, target, reversal)
+
+    monkeypatch.setattr("cohesive.solver.leg.advance_past_onset", advance_unless_first)
+    result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 5}]))
+    assert tried[:2] == pytest.approx([0.01, 0.01 * factor])
+    assert list(result.history["cuts"][1:3]) == [1, 0]

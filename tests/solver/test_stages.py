@@ -140,3 +140,16 @@ def test_wrong_stages_are_named(case: str) -> None:
 def test_a_drive_of_one_direction_takes_no_direction(key: str) -> None:
     with pytest.raises(SceneError, match=rf"stage.0.{key} = .*driven in one direction; expected no {key}"):
         run(block(stage=[{"control": "opening", "to": 0.05, key: True if key == "hold" else 1.0}]))
+
+
+@pytest.mark.parametrize("unload", [{"opening": 0.01}, {"stress_n": -1.0}, None])
+def test_a_separated_crack_that_is_to_be_closed_goes_on(unload: dict[str, float] | None) -> None:
+    """Nothing is left of the traction before 20 Zm: that ends a stage unless it has a way back."""
+    target = 25 * block().material.Zm
+    result = run(block(stage=[{"control": "opening", "to": target, "steps": 10, "unload": unload}]))
+    opening = result.history["opening"]
+    if unload:
+        ((name, value),) = unload.items()  # a stress that stays 0 at first does not lead away from it
+        assert opening.max() == pytest.approx(target) and result.history[name][-1] == pytest.approx(value, rel=1e-3)
+    else:
+        assert opening[-1] < 0.99 * target

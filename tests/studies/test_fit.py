@@ -108,6 +108,11 @@ def test_what_the_test_does_not_see_is_refused(key: str) -> None:
         (lambda x, y: (x, 1e-3 * y), "expected loads in N"),
         (lambda x, y: (x, 0.0 * y + 5.0), "does not change"),
         (lambda x, y: (x[:2], y[:2]), "expected a curve of at least 3"),
+        (lambda x, y: (0.0 * x + 0.1, y), "expected a curve of at least 3"),
+        (lambda x, y: (1e3 * x, y), "expected mm"),  # µm
+        (lambda x, y: (1e-3 * x, y), "expected mm"),  # m
+        (lambda x, y: (x, np.where(x > 0.05, np.nan, y)), "row 8: .*expected finite numbers"),
+        (lambda x, y: (x, y[1:]), "expected two sequences of the same length"),
     ],
 )
 def test_bad_curves_are_refused(change: Any, message: str) -> None:
@@ -122,6 +127,63 @@ def test_a_curve_that_stops_before_the_peak_gives_wide_intervals() -> None:
     found = fit(beam(), VARY, reference=(x, y))
     low, high = found.intervals["material.Gf"]
     assert high / low > 2.0
+
+
+def test_noise_of_a_fifth_gives_wide_intervals() -> None:
+    found = fit(beam(**OFF), VARY, reference=measured(noise=0.2))
+    for key, (low, high) in found.intervals.items():
+        assert low < TRUTH[key] < high and high / low > 2.0
+    assert "E is hardly seen" in " ".join(found.identifiable)
+
+
+def test_a_curve_that_begins_behind_the_peak_gives_a_wide_interval_of_E() -> None:
+    x, y = measured(noise=0.005)
+    found = fit(beam(**OFF), VARY, reference=(x[x >= 0.02], y[x >= 0.02]))
+    wide = {key: high / low for key, (low, high) in found.intervals.items()}
+    assert wide["material.E"] > 2.0 > wide["material.Gf"]
+    low, high = found.intervals["material.Gf"]
+    assert low < TRUTH["material.Gf"] < high
+
+
+def test_bounds_that_exclude_the_data_are_named() -> None:
+    found = fit(beam(**{"material.ft": 1.2}), VARY | {"material.ft": (1.0, 1.5)}, reference=measured(), check=False)
+    assert "ft stands at its bound, which decides it and not the data" in found.identifiable
+    low, high = found.intervals["material.ft"]
+    assert high / low > 2.0
+    assert high < 1.001e3 * found.values["material.ft"]  # a factor of 1000 says all
+
+
+def test_known_scatter_widens_the_intervals_by_what_it_does_to_the_fit() -> None:
+    """Thickness and E scale all loads: 1 % of thickness is 1 % of E, ft and Gf at constant E Gf/ft^2."""
+    data = measured(noise=0.001)
+    known, scattered = (fit(beam(), VARY, reference=data, scatter=by, check=False) for by in ({}, {"specimen.thickness": 2.5}))
+    for i, key in enumerate(VARY):
+        before, after = (each.statistics.covariance[i, i] for each in (known, scattered))
+        assert np.sqrt(after - before) == pytest.approx(0.05, rel=0.03), key  # of logarithms
+    for by, message in (
+        ({"material.E": 1e3}, "it is varied"),
+        ({"specimen.notch": -1.0}, "a standard deviation above 0"),
+        ({"specimen.notsch": 1.0}, "specimen.notsch"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            fit(beam(), VARY, reference=data, scatter=by, check=False)
+
+
+def test_a_beam_is_evaluated_without_a_model_beside_its_fit(tmp_path: Path) -> None:
+    to = {"stage.0.to": [0.02, 0.5]}
+    found = fit(beam(**to), {"material.Gf": VARY["material.Gf"]}, reference=measured(rows=30, **to))
+    values = found.evaluations[0].values
+    assert values["E"] == pytest.approx(30e3, rel=0.15)  # the formula is for a span of four depths
+    assert values["GF, tail"] == pytest.approx(0.1, rel=0.1)
+    assert "without a model" in found.summary()
+    found.save(tmp_path)
+    assert json.loads((tmp_path / "fit.json").read_text())["evaluations"][0]["values"] == values
+
+
+def test_a_fit_without_a_minimum_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cohesive.studies.fit.is_stuck", lambda *_: True)
+    found = fit(beam(), {"material.Gf": VARY["material.Gf"]}, reference=measured(), check=False)
+    assert any(note.startswith("warning: no start ends in a minimum") for note in found.notes)
 
 
 @pytest.mark.slow

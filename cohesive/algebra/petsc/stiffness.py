@@ -357,7 +357,7 @@ def _mpi() -> Any:
 def _missing(package: str, error: ImportError) -> SceneError:
     return _refused(
         f" needs the package {package}, which cannot be imported ({error}): pip install 'cohesive-cracks[petsc]', see "
-        "'On several machines' in the README"
+        "'Use several machines' in the guide"
     )
 
 

@@ -1,0 +1,74 @@
+"""What a scene is expected to take, before it is meshed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import cohesive.algebra.choice
+import cohesive.model.estimate
+from cohesive import Scene, SceneError, run
+from cohesive.commands.command_line import main
+from cohesive.model.estimate import estimate
+from cohesive.model.mesh import cracked_mesh
+from cohesive.scenes.scene import built_in
+from meshing.errors import MeshError
+
+CHANGES = ({}, {"mesh.order": 2}, {"mesh.shape": "quad"}, {"model.kind": "smeared"})
+
+
+@pytest.mark.parametrize("name", built_in())
+def test_nodes_are_foreseen(name: str) -> None:
+    """Within a factor of two, of 1.6 for more than 1000 nodes: a body counts by its area, not by its corners."""
+    tried = 0
+    for factor in (1.0, 2.0):
+        for change in CHANGES if factor == 1.0 else ({},):
+            scene = Scene.load(name)
+            sizes = {"mesh.crack_size": scene.sizes.crack_size * factor, "mesh.far_size": scene.sizes.far_size * factor}
+            try:
+                scene = scene.with_(**sizes, **change)
+                nodes = len(cracked_mesh(scene).points)
+            except (MeshError, SceneError):  # what this specimen does not have
+                continue
+            expected, _ = scene.specimen.expected_nodes(scene.sizes, half=scene.model.half, dimension=scene.dimension)
+            limit = 2.2 if nodes < 1000 else 1.75
+            assert 1 / limit < expected / nodes < limit, (factor, change, expected, nodes)
+            tried += 1
+    assert tried >= 2  # each has at least one order or shape besides
+
+
+def test_a_scene_that_the_memory_does_not_hold_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    changes = {"mesh.crack_size": 0.001, "mesh.far_size": 0.01}
+    message = r"crack_size = 0\.001 and far_size = 0\.01 give about .* GB.*expected at least"
+    with pytest.raises(SceneError, match=message) as error:
+        run(Scene.load("notched-beam").with_(**changes))
+    assert error.value.key == "mesh.crack_size"
+    sets = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
+    assert main(["run", "notched-beam", "-o", str(tmp_path / "out"), *sets]) == 2
+    assert "this machine has" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_size_that_is_asked_for_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cohesive.model.estimate, "machine_memory", lambda: 1e9)
+    scene = Scene.load("notched-beam").with_(**{"mesh.crack_size": 0.02, "mesh.far_size": 0.1})
+    with pytest.raises(SceneError) as error:
+        cracked_mesh(scene)
+    crack, far = (float(word) for word in str(error.value).split("expected at least ")[1].split(" mm")[0].split(" and "))
+    fitting = estimate(scene.with_(**{"mesh.crack_size": crack, "mesh.far_size": far}))
+    assert fitting is not None and 0.8e9 < fitting.memory < 1.1e9  # two digits are told
+
+
+def test_the_limit_of_a_job_counts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    machine = cohesive.algebra.choice.machine_memory()
+    limits = [tmp_path / "max", tmp_path / "limit", tmp_path / "none"]
+    limits[0].write_text("max\n")
+    limits[1].write_text("2000000000\n")
+    monkeypatch.setattr(cohesive.algebra.choice, "LIMITS", limits)
+    assert cohesive.algebra.choice.machine_memory() == 2e9 < machine
+
+
+def test_show_tells_what_is_expected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", "notched-beam", "-o", str(tmp_path)]) == 0
+    assert "expected:  about 9" in capsys.readouterr().out
