@@ -137,8 +137,8 @@ class Search:
         """Sliding over opening behind the tip of the next segment of a crack, with a turn."""
         tried = list(cracks)
         tried[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, other_lines(cracks, i))
-        trial = self._try(trial_lines(tried, self.body), [(tried[i].tip, tried[i].heading)], before)
-        return trial.slides[0] if trial.slides else math.nan
+        (due,) = self._try(trial_lines(tried, self.body), [(tried[i].tip, tried[i].heading)], before).due
+        return math.nan if due is None else due.slide
 
     def _stopped(self, cracks: list[Crack], growing: Sequence[int], trial: Trial) -> list[Crack]:
         """All cracks held on their way, for no tip is due any more."""

@@ -44,12 +44,14 @@ class Due:
     reading : Reading ahead of the tip
     load, opening : N, mm
     control : what the stage controls
+    slide : sliding over opening close behind the tip; nan where nothing is open
     """
 
     reading: Reading
     load: float
     opening: float
     control: float
+    slide: float
 
 
 @dataclass
@@ -65,7 +67,6 @@ class Trial:
     timings : seconds, of the model
     is_whole : whether it ran to the end, for all tips
     ended : why the run ended early; empty if it did not
-    slides : sliding over opening close behind each tip at the end of the run; nan where nothing is open
     """
 
     lines: list[Line]
@@ -75,7 +76,6 @@ class Trial:
     timings: dict[str, float] = field(default_factory=dict)
     is_whole: bool = False
     ended: str = ""
-    slides: list[float] = field(default_factory=list)
 
 
 def run_trial(
@@ -106,7 +106,7 @@ def run_trial(
 def _march(trial: Trial, model: Model, stages: list[Stage], scene: Scene, largest_turn: float) -> None:
     """Fill a trial step by step."""
     control = scene.stages[0].control
-    old = [_Seen(probe.nothing, 0.0, 0.0, 0.0, 0.0) for probe in trial.probes]
+    old = [_Seen(probe.nothing, 0.0, 0.0, 0.0, 0.0, math.nan) for probe in trial.probes]
     most, last = list(old), list(old)
     peak = 0.0
     target = DUE * scene.material.ft
@@ -115,9 +115,10 @@ def _march(trial: Trial, model: Model, stages: list[Stage], scene: Scene, larges
             record = model.record(step.equilibrium.state)
             displacement = model.condensation.recover(step.equilibrium.state.v)
             numbers = record["load"], record["opening"], record[control]
+            values = model.cracks.point_values(step.equilibrium.state)
             readings = [probe.read(displacement) for probe in trial.probes]
             new = [
-                _Seen(reading, probe.strongest(reading, largest_turn)[1], *numbers)
+                _Seen(reading, probe.strongest(reading, largest_turn)[1], *numbers, _slide(probe, model.cracks.where, values))
                 for probe, reading in zip(trial.probes, readings, strict=True)
             ]
             if record["load"] > peak:
@@ -125,8 +126,6 @@ def _march(trial: Trial, model: Model, stages: list[Stage], scene: Scene, larges
             for i, due in _reached(old, new, target, not trial.is_whole).items():
                 trial.due[i] = trial.due[i] or due
             if all(trial.due) or (any(trial.due) and not trial.is_whole):
-                values = model.cracks.point_values(step.equilibrium.state)
-                trial.slides = [_slide(probe, model.cracks.where, values) for probe in trial.probes]
                 return
             most = [max(pair, key=lambda seen: seen.stress) for pair in zip(most, new, strict=True)]
             old = last = new
@@ -147,17 +146,18 @@ def _slide(probe: Probe, where: Array, values: dict[str, Array]) -> float:
 
 @dataclass(frozen=True)
 class _Seen:
-    """The stress ahead of a tip in a state: its reading, the largest averaged hoop stress, and where the run is."""
+    """The stress ahead of a tip in a state: its reading, the largest averaged hoop stress, where the run is, the sliding."""
 
     reading: Reading
     stress: float
     load: float
     opening: float
     control: float
+    slide: float
 
     @property
     def due(self) -> Due:
-        return Due(self.reading, self.load, self.opening, self.control)
+        return Due(self.reading, self.load, self.opening, self.control, self.slide)
 
     def towards(self, other: _Seen, share: float) -> _Seen:
         """A state between two."""
@@ -166,7 +166,7 @@ class _Seen:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        return self.stress, self.load, self.opening, self.control
+        return self.stress, self.load, self.opening, self.control, self.slide
 
 
 def _reached(old: list[_Seen], new: list[_Seen], target: float, together: bool) -> dict[int, Due]:

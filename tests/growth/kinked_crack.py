@@ -1,0 +1,82 @@
+"""A crack with a kink in a large plate under tension, by linear fracture mechanics: what the criteria of a path must meet.
+
+Independent of the package: displacement discontinuities, constant along elements, by the stresses of edge dislocations in an
+infinite plane (J. P. Hirth and J. Lothe, Theory of Dislocations, 1982). The kink has a finite length, so that the stress along
+the crack (T) counts as it does in a path of segments.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from cohesive.arrays import Array
+
+#: elements to each side of the middle of the crack and of the kink; the smallest, in lengths of the kink
+_OF_CRACK, _OF_KINK, _SMALLEST = 100, 60, 1e-3
+
+
+def direction_without_sliding(slant: float, length: float) -> float:
+    """Turn of a kink whose tip does not slide (K_II = 0), degrees.
+
+    Parameters
+    ----------
+    slant : of the crack from the perpendicular of the pull, degrees
+    length : of the kink over half the length of the crack
+    """
+    return math.degrees(brentq(lambda turn: _sliding(math.radians(slant), turn, length), 0.05, 1.45, xtol=1e-3))
+
+
+def direction_of_hoop_stress(slant: float) -> float:
+    """Turn to the largest hoop stress of the singular field, degrees (F. Erdogan and G. C. Sih, J. Basic Eng. 85, 1963)."""
+    q = 1.0 / math.tan(math.radians(slant))  # K_I / K_II
+    return -math.degrees(2.0 * math.atan(0.25 * (q - math.sqrt(q * q + 8.0))))
+
+
+def _sliding(slant: float, turn: float, length: float) -> float:
+    """Sliding over opening close behind the tip of the kink."""
+    along = np.array([math.cos(slant), math.sin(slant)])
+    kink = length * np.array([math.cos(slant - turn), math.sin(slant - turn)])
+    smallest = _SMALLEST * length
+    nodes = np.concatenate(
+        [along * (2.0 * _graded(_OF_CRACK, 0.5 * smallest)[:, None] - 1.0),
+         along + kink * _graded(_OF_KINK, _SMALLEST)[1:, None]]
+    )  # fmt: skip
+    opening, sliding = _jumps(nodes)
+    return float(sliding[-3] / opening[-3])
+
+
+def _graded(n: int, smallest: float) -> Array:
+    """2 n + 1 places from 0 to 1, whose distances grow by one factor from both ends to the middle."""
+    smallest = min(smallest, 0.01)
+    factor = brentq(lambda q: smallest * (q**n - 1.0) / (q - 1.0) - 0.5, 1.0 + 1e-7, 50.0)
+    half = smallest * (factor ** np.arange(n + 1) - 1.0) / (factor - 1.0)
+    return np.concatenate([half, 1.0 - half[-2::-1]])
+
+
+def _jumps(nodes: Array) -> tuple[Array, Array]:
+    """Opening and sliding of the elements between nodes (n + 1, 2) under a unit pull along y."""
+    tangent = np.diff(nodes, axis=0)
+    tangent /= np.hypot(*tangent.T)[:, None]
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    # a jump along an element is a dislocation at its start and the opposite one at its end
+    stress = [a - b for a, b in zip(_dislocations(middle, nodes[:-1]), _dislocations(middle, nodes[1:]), strict=True)]
+    nx, ny = normal.T[:, :, None]
+    matrix = np.block([[s[0] * nx + s[2] * ny for s in stress], [s[2] * nx + s[1] * ny for s in stress]])
+    jump = np.linalg.solve(matrix, -np.concatenate([np.zeros(len(normal)), normal[:, 1]])).reshape(2, -1).T
+    opening, sliding = (jump * normal).sum(axis=1), (jump * tangent).sum(axis=1)
+    sign = math.copysign(1.0, float(opening.sum()))
+    return sign * opening, sign * sliding
+
+
+def _dislocations(at: Array, places: Array) -> tuple[Array, Array]:
+    """Stresses [xx, yy, xy] at points from edge dislocations with unit Burgers vectors along x and y, up to a factor: two
+    (3, n, n) arrays."""
+    x, y = np.moveaxis(at[:, None] - places, -1, 0)
+    r4 = (x * x + y * y) ** 2
+    glide = np.stack([-y * (3 * x * x + y * y), y * (x * x - y * y), x * (x * x - y * y)]) / r4
+    climb = np.stack([x * (x * x - y * y), x * (x * x + 3 * y * y), y * (x * x - y * y)]) / r4
+    return glide, climb
