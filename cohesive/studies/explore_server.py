@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import secrets
+import threading
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, HTTPServer
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
 import numpy as np
 
+from ..errors import SceneError
+from ..scenes.measured import Measured
 from .explorer import Explorer
 
 #: largest request, bytes: a measured curve of a million rows
@@ -20,8 +23,8 @@ _LARGEST = 50_000_000
 _HOSTS = ("127.0.0.1", "localhost")
 
 
-class ExploreServer(HTTPServer):
-    """Serves one scene, one request after the other.
+class ExploreServer(ThreadingHTTPServer):
+    """Serves one scene. Browsers hold connections open, so that each has a thread; runs go one after the other, as gmsh must.
 
     Attributes
     ----------
@@ -29,7 +32,7 @@ class ExploreServer(HTTPServer):
     """
 
     def __init__(self, explorer: Explorer, port: int = 0) -> None:
-        self.explorer, self.token = explorer, secrets.token_urlsafe(16)
+        self.explorer, self.token, self.running = explorer, secrets.token_urlsafe(16), threading.Lock()
         super().__init__(("127.0.0.1", port), _Handler)
         self.address = f"http://127.0.0.1:{self.server_port}/{self.token}/"
 
@@ -56,7 +59,10 @@ class _Handler(BaseHTTPRequestHandler):
             return self._refuse()
         try:
             asked = json.loads(self.rfile.read(length))
-            found = action(asked, dict(asked.get("changes", {})))
+            with self.server.running:
+                found = action(asked, dict(asked.get("changes", {})))
+        except SceneError as error:
+            found = {"error": str(error)}
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             found = {"error": f"the request cannot be read: {error}"}
         self._send(json.dumps(found).encode(), "application/json")
@@ -74,7 +80,8 @@ class _Handler(BaseHTTPRequestHandler):
         return self.server.explorer.curve(str(asked["text"]))
 
     def _fit(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        return self.server.explorer.fitted(changes, np.array(asked["x"], dtype=float), np.array(asked["y"], dtype=float))
+        x, low, high = (np.array(asked[name], dtype=float) for name in ("x", "low", "high"))
+        return self.server.explorer.fitted(changes, Measured("measured", x, low, high, is_band=bool((high > low).any())))
 
     def _path(self) -> str | None:
         """What stands behind the token; None for another token, or a name that is not this machine's."""

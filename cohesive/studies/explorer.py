@@ -18,6 +18,7 @@ from ..errors import NotConverged, ParameterError, SceneError
 from ..law.softening import SOFTENING
 from ..model.prepared import Prepared, prepare
 from ..results.result import Result
+from ..scenes.measured import Measured
 from ..scenes.reference import load_reference
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
@@ -51,6 +52,11 @@ class Explorer:
 
     def __post_init__(self) -> None:
         self.scene = self.scene.with_(**{"output.frames": 0})
+
+    @property
+    def kept(self) -> int:
+        """How many meshes are kept."""
+        return len(self._kept)
 
     def controls(self) -> dict[str, Any]:
         """What the page offers: numbers with their ends and start, and choices."""
@@ -108,11 +114,11 @@ class Explorer:
         (measured,) = reference.curves
         return {"x": _numbers(measured.x), "low": _numbers(measured.low), "high": _numbers(measured.high)}
 
-    def fitted(self, changes: Mapping[str, Any], x: Array, y: Array) -> dict[str, Any]:
+    def fitted(self, changes: Mapping[str, Any], measured: Measured) -> dict[str, Any]:
         """ft and Gf of a fit that starts from the changed scene, within the ends of their sliders; or `error`."""
         try:
             ends = {key: (self.controls()[key]["low"], self.controls()[key]["high"]) for key in _FITTED}
-            found = fit(self._changed(changes), ends, reference=(x, y), check=False)
+            found = fit(self._changed(changes), ends, reference=measured, check=False)
         except (SceneError, MeshError, ParameterError, NotConverged) as refused:
             return {"error": str(refused)}
         return {"values": found.values, "words": found.identifiable, "rms": found.rms}
