@@ -20,7 +20,7 @@ CHANGES = ({}, {"mesh.order": 2}, {"mesh.shape": "quad"}, {"model.kind": "smeare
 
 @pytest.mark.parametrize("name", built_in())
 def test_nodes_are_foreseen(name: str) -> None:
-    """Within a factor of two, of 1.6 for more than 1000 nodes: a body counts by its area, not by its corners."""
+    """Within 2.2, in the plane within 1.75 for more than 1000 nodes: releases of gmsh differ by 1.3 in space alone."""
     tried = 0
     for factor in (1.0, 2.0):
         for change in CHANGES if factor == 1.0 else ({},):
@@ -32,7 +32,7 @@ def test_nodes_are_foreseen(name: str) -> None:
             except (MeshError, SceneError):  # what this specimen does not have
                 continue
             expected, _ = scene.specimen.expected_nodes(scene.sizes, half=scene.model.half, dimension=scene.dimension)
-            limit = 2.2 if nodes < 1000 else 1.75
+            limit = 2.2 if nodes < 1000 or scene.dimension == 3 else 1.75
             assert 1 / limit < expected / nodes < limit, (factor, change, expected, nodes)
             tried += 1
     assert tried >= 2  # each has at least one order or shape besides

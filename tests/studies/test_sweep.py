@@ -110,7 +110,9 @@ def test_processes_from_a_script(guard: str, tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, env={"PYTHONPATH": str(root)}, timeout=60)
     if "main" in guard:
         peak = sweep(block(), {"material.Gf": [0.08, 0.1]}, workers=1).runs[0].result
-        assert peak is not None and done.stdout == f"['', ''] {peak.peak_load!r}\n"
+        failures, printed = done.stdout.rsplit(" ", 1)
+        assert peak is not None and failures == "['', '']"
+        assert float(printed) == pytest.approx(peak.peak_load, rel=1e-10)  # threads add up in another order
     else:
         assert done.stderr.count('below `if __name__ == "__main__":`') == 1 and "bootstrapping" not in done.stderr
 
