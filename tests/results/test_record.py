@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from array import array
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cohesive import Result, run
+from cohesive import Result, Scene, run
 from cohesive.results.record import Record, States
+from cohesive.solver.march import Step
 from cohesive.solver.problem import State
 from tests.builders import block, plate
 
@@ -110,3 +112,25 @@ def test_the_way_is_that_of_the_drive_there_and_back_or_of_a_platen() -> None:
     assert result.way[-1] == pytest.approx(0.03, rel=1e-8)
     oblique = run(plate(stage=[{"control": "driven", "to": 0.01, "steps": 3, "angle": 30}]))
     np.testing.assert_allclose(oblique.way, oblique.history["driven"], rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_memory_of_two_hundred_cycles_is_that_of_the_rows() -> None:
+    """20,000 rows: what is held besides their numbers is no more in the second half than in the first."""
+    peaks = [to for cycle in range(100) for to in (0.2 + 0.002 * cycle, 0.02)]
+    stages = [{"control": "opening", "to": to, "steps": 100} for to in peaks]
+    scene = Scene.load("notched-beam").with_(**{"mesh.crack_size": 5.0, "mesh.far_size": 25.0, "stage": stages})
+    held: list[int] = []
+
+    def watch(step: Step, row: dict[str, float]) -> None:
+        if row["step"] % 100 == 0:
+            held.append(tracemalloc.get_traced_memory()[0] - row["step"] * 8 * (len(row) + 1))
+
+    tracemalloc.start()
+    try:
+        result = run(scene, on_step=watch)
+    finally:
+        tracemalloc.stop()
+    assert len(result.states) > 20_000
+    half = len(held) // 2
+    assert max(held[half:]) < 1.05 * max(held[:half])
