@@ -58,6 +58,8 @@ def random_scene(seed: int, extreme: bool = False, small: bool = False) -> Scene
         **data.get("model", {}), "kind": "smeared" if smeared else "discrete", "plane": str(rng.choice(["stress", "strain"])),
     }  # fmt: skip
     data["model"].pop("half", None)
+    if base.specimen.dimensions == (3,):  # no plane body
+        del data["model"]["plane"]
     shape = "triangle" if base.kind == "single-crack-3d" else str(rng.choice(["triangle", "quad"]))
     order = 1 if solid else int(rng.choice([1, 1, 2]))
     length = base.crack_area ** 0.5 if solid else base.crack_area / (base.specimen.thickness or 1.0)
