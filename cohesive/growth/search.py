@@ -77,7 +77,7 @@ class Search:
         self.segment = self.options.segment or _SEGMENT * size
         self.radius = self.options.radius or _RADIUS * size
 
-    def _starts(self) -> list[Crack]:
+    def starts(self) -> list[Crack]:
         """The cracks before they grow."""
         given = [(tuple(entry["at"]), entry["direction"]) for entry in self.options.starts]
         for i, (at, _) in enumerate(given):
@@ -94,7 +94,7 @@ class Search:
         if self.scene.specimen.symmetry() is not None and not self.options.starts:
             lines = list(self.scene.specimen.paths)
             return self._found(lines, [], ["path: straight, the specimen is symmetric about it"], clock)
-        cracks = self._grow(self._starts())
+        cracks = self._grow(self.starts())
         cracks, last, passes, moved = self._judge(cracks)
         vertices = _vertices(cracks, last)
         return self._found([list(c.points) for c in cracks], vertices, self._notes(cracks, vertices, passes, moved), clock)
@@ -127,14 +127,15 @@ class Search:
         """The turn, radians, with which a crack does not slide at the tip of its next segment: by two trials, the first with
         the turn that the stress tells, and the line through them."""
         turns = turn, turn - math.copysign(_PROBING, turn)
-        slides = [self._slide(cracks, i, each, before) for each in turns]
+        slides = [self.slide(cracks, i, each, before) for each in turns]
         slope = (slides[1] - slides[0]) / (turns[1] - turns[0])
         if not math.isfinite(slope) or slope == 0.0:
             return turn
         return float(np.clip(turn - slides[0] / slope, turn - 2 * _PROBING, turn + 2 * _PROBING))
 
-    def _slide(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
-        """Sliding over opening behind the tip of the next segment of a crack, with a turn."""
+    def slide(self, cracks: list[Crack], i: int, turn: float, before: float | None = None) -> float:
+        """Sliding over opening behind the tip of the next segment of a crack, with a turn (radians); `before` as of
+        `run_trial`."""
         tried = list(cracks)
         tried[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, other_lines(cracks, i))
         (due,) = self._try(trial_lines(tried, self.body), [(tried[i].tip, tried[i].heading)], before).due

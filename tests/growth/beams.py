@@ -54,3 +54,27 @@ def outlined_beam(degrees: float = 0.0, notches: tuple[float, ...] = (-50.0,), *
         }
     }  # fmt: skip
     return Scene(data).with_(**{key.replace("__", "."): value for key, value in changes.items()})
+
+
+def slanted_notch(slant: float, size: float, **changes: Any) -> Scene:
+    """A square plate of 120 mm, pulled at its top, with a notch of 2 x 10 mm in its middle that is slanted by so many degrees
+    from the perpendicular of the pull; `size` of the elements, mm."""
+    x, y = turned((10.0, 0.0), slant)
+    data = {
+        "grow": {"segment": 4 * size},
+        "specimen": {
+            "kind": "outline",
+            "thickness": 1.0,
+            "corners": [[-60, -60], [60, -60], [60, 60], [-60, 60]],
+            "edges": {"low": [[-60, -60], [60, -60]], "top": [[-60, 60], [60, 60]]},
+            "notches": [[[-x, -y], [x, y]]],
+            "supports": [{"at": "low", "direction": [0, 1]}, {"at": [-60, -60], "direction": [1, 0]}],
+            "drive": {"at": "top", "direction": [0, 1]},
+            "crack": "grow",
+        },
+        "mesh": {"crack_size": size, "far_size": 8.0},
+        "material": {"E": 30000.0, "nu": 0.2, "ft": 3.0, "Gf": 0.0015},
+        "stage": [{"control": "driven", "to": 0.012, "steps": 60}],
+        "output": {"frames": 0},
+    }
+    return Scene(data).with_(**{key.replace("__", "."): value for key, value in changes.items()})

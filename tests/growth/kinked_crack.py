@@ -1,8 +1,11 @@
-"""A crack with a kink in a large plate under tension, by linear fracture mechanics: what the criteria of a path must meet.
+"""A crack, and one with a kink, in a large plate under tension, by linear fracture mechanics: what the criteria of a path must
+meet.
 
-Independent of the package: displacement discontinuities, constant along elements, by the stresses of edge dislocations in an
-infinite plane (J. P. Hirth and J. Lothe, Theory of Dislocations, 1982). The kink has a finite length, so that the stress along
-the crack (T) counts as it does in a path of segments.
+Independent of the package. The whole field of the straight crack is that of H. M. Westergaard (J. Appl. Mech. 6, 1939), with
+the stress along the crack of G. R. Irwin (Proc. SESA 16, 1958). The crack with a kink is made of displacement discontinuities,
+constant along elements, by the stresses of edge dislocations in an infinite plane (J. P. Hirth and J. Lothe, Theory of
+Dislocations, 1982). The kink has a finite length, so that the stress along the crack (T) counts as it does in a path of
+segments.
 """
 
 from __future__ import annotations
@@ -33,6 +36,35 @@ def direction_of_hoop_stress(slant: float) -> float:
     """Turn to the largest hoop stress of the singular field, degrees (F. Erdogan and G. C. Sih, J. Basic Eng. 85, 1963)."""
     q = 1.0 / math.tan(math.radians(slant))  # K_I / K_II
     return -math.degrees(2.0 * math.atan(0.25 * (q - math.sqrt(q * q + 8.0))))
+
+
+def direction_of_averaged_hoop_stress(slant: float, radius: float) -> float:
+    """Turn to the largest hoop stress along rays of finite length, degrees: the mean over points of the ray with weights
+    r exp(-2 r^2 / radius^2), as of `cohesive.growth.stress.Probe`, without the smoothing over rays.
+
+    Parameters
+    ----------
+    slant : of the crack from the perpendicular of the pull, degrees
+    radius : length of the rays over half the length of the crack
+    """
+    turns = np.radians(np.arange(0.0, 90.0, 0.05))
+    r = radius * (np.arange(64) + 0.5) / 64
+    weight = r * np.exp(-2.0 * (r / radius) ** 2)
+    xx, yy, xy = _westergaard(1.0 + r * np.exp(-1j * turns[:, None]), math.radians(slant))
+    n = np.sin(turns)[:, None], np.cos(turns)[:, None]
+    hoop = (xx * n[0] ** 2 + yy * n[1] ** 2 + 2 * xy * n[0] * n[1]) @ weight
+    return math.degrees(turns[hoop.argmax()])
+
+
+def _westergaard(z: Array, slant: float) -> tuple[Array, Array, Array]:
+    """Stresses [xx, yy, xy] at places z = x + i y of a crack from -1 to 1, under a unit pull at an angle to its normal."""
+    c, s = math.cos(slant), math.sin(slant)
+    root = np.sqrt(z - 1.0) * np.sqrt(z + 1.0)
+    value, slope = z / root, 1.0 / root - z * z / root**3
+    y, pull, shear = z.imag, c * c, s * c
+    one = pull * (value.real - y * slope.imag) + s * s - pull, pull * (value.real + y * slope.imag), -pull * y * slope.real
+    two = shear * (2 * value.imag + y * slope.real), -shear * y * slope.real, shear * (value.real - y * slope.imag)
+    return one[0] + two[0], one[1] + two[1], one[2] + two[2]
 
 
 def _sliding(slant: float, turn: float, length: float) -> float:

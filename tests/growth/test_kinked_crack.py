@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from tests.growth.kinked_crack import direction_of_hoop_stress, direction_without_sliding
+from cohesive.growth.crack import trial_lines
+from cohesive.growth.search import LARGEST_TURN, Search
+from cohesive.growth.stress import NodalStress, Probe
+from cohesive.model.build import build
+from cohesive.solver.march import March
+from tests.growth.beams import slanted_notch
+from tests.growth.kinked_crack import (
+    direction_of_averaged_hoop_stress,
+    direction_of_hoop_stress,
+    direction_without_sliding,
+)
 
 
 @pytest.mark.parametrize(
@@ -23,3 +35,47 @@ def test_a_segment_of_finite_length_turns_otherwise() -> None:
     slants = (15.0, 45.0, 60.0)
     change = [direction_without_sliding(slant, 0.08) - direction_without_sliding(slant, 1e-4) for slant in slants]
     assert change == pytest.approx([-6.1, -1.6, 3.6], abs=0.3)
+
+
+def test_short_rays_tell_the_largest_hoop_stress() -> None:
+    """Rays of 1e-6 of half the crack, to .1; of .12 they turn otherwise, by the stress along the crack and what follows it in
+    the expansion of the field. Both to the .05 degrees of the rays."""
+    slants = (15.0, 30.0, 45.0, 60.0)
+    hoop = [direction_of_hoop_stress(slant) for slant in slants]
+    assert [direction_of_averaged_hoop_stress(slant, 1e-6) for slant in slants] == pytest.approx(hoop, abs=0.1)
+    apart = [direction_of_averaged_hoop_stress(slant, 0.12) - hoop[i] for i, slant in enumerate(slants)]
+    assert apart == pytest.approx([-8.9, -8.2, -2.4, 4.4], abs=0.1)
+
+
+def _direction_of_rays(slant: float, size: float) -> float:
+    """Turn that rays of 12 elements tell at the notch of a plate before it cracks, degrees."""
+    search = Search(slanted_notch(slant, size, grow__radius=12 * size))
+    cracks = search.starts()
+    crack = cracks[0]
+    scene = search.scene.along(trial_lines(cracks, search.body)).with_(**{"stage.0.to": 1e-6, "stage.0.steps": 1})
+    model = build(scene)
+    (step,) = March(model.problem, scene.stages, model.record, 1.0, [])
+    probe = Probe.ahead_of(NodalStress.from_blocks(model.bulk), crack.tip, crack.heading, search.radius)
+    reading = probe.read(model.condensation.recover(step.equilibrium.state.v))
+    return -math.degrees(probe.strongest(reading, LARGEST_TURN)[0])
+
+
+@pytest.mark.parametrize(
+    "slant", [15.0, pytest.param(30.0, marks=pytest.mark.slow), 45.0, pytest.param(60.0, marks=pytest.mark.slow)]
+)
+def test_rays_in_a_mesh_tell_the_direction_of_the_field(slant: float) -> None:
+    """At the notch of an elastic plate that is 6 times as wide, to 2.5 degrees: of the field of a wide one along rays of the
+    same length, .12 of half the notch, it is .6, 2.0, 1.1 and .3 off; elements are a twelfth of a ray."""
+    assert _direction_of_rays(slant, 0.1) == pytest.approx(direction_of_averaged_hoop_stress(slant, 0.12), abs=2.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("slant", "tolerance"), [(15.0, 2.0), (30.0, 2.0), (45.0, 2.0), (60.0, 3.5)])
+def test_a_segment_that_does_not_slide_goes_where_fracture_mechanics_sends_it(slant: float, tolerance: float) -> None:
+    """Segments of .08 of half the notch: .1, .6, 1.7 and 3.2 degrees off, for there is a cohesive zone as long as they are."""
+    wanted = direction_without_sliding(slant, 0.08)
+    search = Search(slanted_notch(slant, 0.1, grow__segment=0.8, grow__criterion="symmetry"))
+    turns = wanted - 4.0, wanted + 4.0
+    slides = [search.slide(search.starts(), 0, -math.radians(turn)) for turn in turns]
+    root = turns[0] - slides[0] * (turns[1] - turns[0]) / (slides[1] - slides[0])
+    assert root == pytest.approx(wanted, abs=tolerance)
