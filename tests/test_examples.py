@@ -13,9 +13,11 @@ from examples import (
     benchmark,
     benchmark_solid,
     crack_that_bends,
+    eccentric_beam,
     found_path,
     laboratory,
     law_at_a_point,
+    many_paths,
     measured_deflection,
     one_crack_in_tension,
     opening_and_closing,
@@ -151,6 +153,32 @@ def test_crack_that_bends(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_eccentric_beam(tmp_path: Path) -> None:
+    """A straight path costs a quarter of the fitted fracture energy; on a mesh twice as coarse as the example's."""
+    found = eccentric_beam.main(size=2.0, plot=tmp_path / "eccentric.png")
+    assert found.lean == pytest.approx(28.7, abs=2.0)
+    assert found.peaks["straight"] / found.peaks["found"] == pytest.approx(1.12, abs=0.02)
+    energies = {name: values["material.Gf"] for name, values in found.fitted.items()}
+    assert energies["straight"] / energies["found"] == pytest.approx(0.75, abs=0.03)
+    assert max(found.rms.values()) < 0.05
+    assert is_drawn(tmp_path / "eccentric.png")
+
+
+def test_many_paths(tmp_path: Path) -> None:
+    """Paths stay in the body, lean towards the load, and end at the upper face."""
+    found = many_paths.main(size=4.0, places=(-60.0, -20.0), depths=(16.0, 40.0), plot=tmp_path / "paths.png")
+    assert len(found) == 4
+    for each in found:
+        assert each.path is not None and each.path[-1, 1] == pytest.approx(80.0)
+        assert each.place < each.path[-1, 0] < 0.0
+    assert is_drawn(tmp_path / "paths.png")
+
+
+@pytest.mark.slow
+def test_twenty_paths() -> None:
+    assert all(each.path is not None and each.path[-1, 1] == pytest.approx(80.0) for each in many_paths.main())
+
+
 def test_found_path(tmp_path: Path) -> None:
     found = found_path.main(size=2.0, plot=tmp_path / "found.png")
     assert found.found < 0.98 * found.straight < 0.98 * found.smeared
