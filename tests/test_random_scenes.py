@@ -50,6 +50,13 @@ def test_balances_close_with_the_square_of_the_steps() -> None:
             assert fine.is_named or fine.balance < coarse.balance / 4, seed
 
 
+@pytest.mark.parametrize("seed", [42, 51])
+def test_dissipation_control_meets_its_onset_once(seed: int) -> None:
+    """A first point that is damaged by less than rounding shows would be gone to again and again."""
+    load = run(random_scene(seed)).history["load"]
+    assert (np.diff(load[:4]) > 1e-8 * load[1]).all()
+
+
 @pytest.mark.parametrize("seed", [1, 4, 13])
 def test_a_run_repeats_to_the_last_bit(seed: int) -> None:
     one, other = (run(random_scene(seed, small=True)).history for _ in range(2))

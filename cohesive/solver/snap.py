@@ -24,6 +24,9 @@ _NEARLY_ELASTIC = 1e-4
 #: residual up to which that way leads dissipation control to the onset, from where Newton's method corrects it
 _ALMOST_ELASTIC = 1e-2
 
+#: part of the load by which the onset is passed if rounding hides that a point is damaged there
+_BEYOND = 1e-10
+
 
 def snap_through(problem: Problem, start: State, control: str, target: float, reach: float) -> Equilibrium:
     """The next equilibrium where there is none close by: the crack snaps, held back by damping until it rests.
@@ -110,11 +113,12 @@ def _elastic_rate(problem: Problem, start: State) -> Array:
     return problem.response(problem.point_law.update(start.cracks.deformation, start.cracks, frozen=True)[1])
 
 
-def _onset(problem: Problem, start: State, direction: float = 1.0) -> tuple[Guess, float]:
+def _onset(problem: Problem, start: State, direction: float = 1.0, beyond: float = 0.0) -> tuple[Guess, float]:
     """Where the next point begins to be damaged as the load grows or falls (direction 1 or -1) on a linear path from `start`,
-    and the residual there, relative to the load: zero if the path is linear."""
+    or a part of the load beyond, and the residual there, relative to the load: zero if the path is linear."""
     rate = direction * _elastic_rate(problem, start)
     change = _load_to_onset(problem, start, problem.operator.deformation(rate))
+    change += beyond * max(change, abs(start.load))
     v, load = start.v + change * rate, start.load + direction * change
     cracks, _ = problem.point_law.update(problem.operator.deformation(v), start.cracks)
     residual = problem.residual(v, problem.operator.force(cracks.stress), load)
@@ -131,22 +135,30 @@ def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
     NotConverged
         If the path is not linear, as in contact.
     """
-    onset, error = _onset(problem, start)
-    nucleated = problem.point_law.nucleate(start.cracks, onset.cracks)
-    if nucleated is not None:
-        start = replace(start, cracks=nucleated)
-        cracks, _ = problem.point_law.update(problem.operator.deformation(onset.v), nucleated)
-        residual = problem.residual(onset.v, problem.operator.force(cracks.stress), onset.load)
-        onset, error = replace(onset, cracks=cracks), float(np.linalg.norm(residual)) / abs(onset.load)
+    begun, onset, error = _damaged_onset(problem, start)
+    if not problem.point_law.is_on_surface(onset.cracks):
+        begun, onset, error = _damaged_onset(problem, start, _BEYOND)
     if error > _ALMOST_ELASTIC:
         raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
     if error > problem.tol:  # to equilibrium, so far beyond the onset that it is not missed
         driven = float(problem.motion(problem.drive, onset))
-        trial = advance(problem, start, "driven", driven * (1.0 + 2.0 * error))
+        trial = advance(problem, begun, "driven", driven * (1.0 + 2.0 * error))
         if problem.point_law.is_on_surface(trial.state.cracks):
             return trial
         raise NotConverged(f"no damage begins where it should, at the load {onset.load:.6g}")
-    return Equilibrium(next_state(problem, start, onset), 1, [error])
+    return Equilibrium(next_state(problem, begun, onset), 1, [error])
+
+
+def _damaged_onset(problem: Problem, start: State, beyond: float = 0.0) -> tuple[State, Guess, float]:
+    """The onset and its residual as of `_onset`, with the crack planes that form there; and the start with these planes."""
+    onset, error = _onset(problem, start, beyond=beyond)
+    nucleated = problem.point_law.nucleate(start.cracks, onset.cracks)
+    if nucleated is None:
+        return start, onset, error
+    cracks, _ = problem.point_law.update(problem.operator.deformation(onset.v), nucleated)
+    residual = problem.residual(onset.v, problem.operator.force(cracks.stress), onset.load)
+    error = float(np.linalg.norm(residual)) / abs(onset.load)
+    return replace(start, cracks=nucleated), replace(onset, cracks=cracks), error
 
 
 def _load_to_onset(problem: Problem, start: State, rate: Array) -> float:
