@@ -64,10 +64,12 @@ class Search:
     ----------
     scene : Scene
     trials : what was run
+    unseen : tips of which criterion "symmetry" saw no sliding, so that they followed the stress
     """
 
     scene: Scene
     trials: list[Trial] = field(default_factory=list)
+    unseen: list[Point] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         assert self.scene.grow is not None and self.scene.sizes is not None
@@ -130,6 +132,7 @@ class Search:
         slides = [self.slide(cracks, i, each, before) for each in turns]
         slope = (slides[1] - slides[0]) / (turns[1] - turns[0])
         if not math.isfinite(slope) or slope == 0.0:
+            self.unseen.append(cracks[i].tip)
             return turn
         return float(np.clip(turn - slides[0] / slope, turn - 2 * _PROBING, turn + 2 * _PROBING))
 
@@ -213,19 +216,19 @@ class Search:
             if crack.held_from is not None:
                 text += f", straight from {as_text(np.round(crack.points[crack.held_from], 2))} on: {crack.why}"
             notes.append(text)
-        apart = np.array([abs(_difference(v.criterion, v.principal)) for v in vertices if not v.held])
+        due = [v for v in vertices if not v.held and not math.isnan(v.criterion)]
+        apart = np.array([abs(_difference(v.criterion, v.principal)) for v in due])
         if len(apart):
             notes.append(
                 f"path: criterion and principal stresses of the run disagree by {apart.mean():.1f} degrees in the mean, "
                 f"{apart.max():.1f} at most"
             )
-        early = np.array(
-            [abs(_difference(v.criterion, v.at_peak)) for v in vertices if not v.held and not math.isnan(v.at_peak)]
-        )
+        early = np.array([abs(_difference(v.criterion, v.at_peak)) for v in due if not math.isnan(v.at_peak)])
         if len(early):
-            notes.append(
-                f"path: the stresses at the peak would tell directions that differ by up to {early.max():.1f} degrees"
-            )
+            notes.append(f"path: the stresses at the peak tell directions that differ by up to {early.max():.1f} degrees")
+        if self.unseen:
+            where = ", ".join(as_text(np.round(tip, 2)) for tip in self.unseen)
+            notes.append(f"warning: the path follows the stress at {where}, for no trial opens ahead of it")
         if moved >= _SETTLED * self.segment:
             notes.append(f"warning: after {passes} passes the path still moves by {moved:.2g} mm")
         return notes

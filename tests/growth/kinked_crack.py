@@ -11,6 +11,7 @@ segments.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
@@ -19,6 +20,9 @@ from cohesive.arrays import Array
 
 #: elements to each side of the middle of the crack and of the kink; the smallest, in lengths of the kink
 _OF_CRACK, _OF_KINK, _SMALLEST = 100, 60, 1e-3
+
+#: elements to each side of the middle of a segment of a crack that grows
+_OF_SEGMENT = 14
 
 
 def direction_without_sliding(slant: float, length: float) -> float:
@@ -33,9 +37,8 @@ def direction_without_sliding(slant: float, length: float) -> float:
 
 
 def direction_of_hoop_stress(slant: float) -> float:
-    """Turn to the largest hoop stress of the singular field, degrees (F. Erdogan and G. C. Sih, J. Basic Eng. 85, 1963)."""
-    q = 1.0 / math.tan(math.radians(slant))  # K_I / K_II
-    return -math.degrees(2.0 * math.atan(0.25 * (q - math.sqrt(q * q + 8.0))))
+    """Turn to the largest hoop stress of the singular field, degrees."""
+    return -math.degrees(_turn_to_hoop_stress(1.0 / math.tan(math.radians(slant))))
 
 
 def direction_of_averaged_hoop_stress(slant: float, radius: float) -> float:
@@ -54,6 +57,36 @@ def direction_of_averaged_hoop_stress(slant: float, radius: float) -> float:
     n = np.sin(turns)[:, None], np.cos(turns)[:, None]
     hoop = (xx * n[0] ** 2 + yy * n[1] ** 2 + 2 * xy * n[0] * n[1]) @ weight
     return math.degrees(turns[hoop.argmax()])
+
+
+def grown_crack(slant: float, segment: float, number: int) -> Array:
+    """Points of a crack that grows at both ends alike, each segment in the direction of the largest hoop stress of the
+    singular field at its tip: (number + 1, 2) from the end of the first crack on, in half lengths of it.
+
+    Parameters
+    ----------
+    slant : of the first crack from the perpendicular of the pull, degrees
+    segment : length of the segments over half the length of the first crack
+    number : of segments
+    """
+    heading = math.radians(slant)
+    points = [np.array([math.cos(heading), math.sin(heading)])]
+    for _ in range(number):
+        corners = [*(-point for point in points[::-1]), *points]
+        nodes = [corners[0][None]]
+        for start, end in pairwise(corners):
+            along = _graded(_OF_KINK, 1e-3 * segment) if len(nodes) == len(points) else _graded(_OF_SEGMENT, 2e-3)
+            nodes.append(start + (end - start) * along[1:, None])
+        opening, sliding = _jumps(np.concatenate(nodes))
+        heading += _turn_to_hoop_stress(float(opening[-3] / sliding[-3]))
+        points.append(points[-1] + segment * np.array([math.cos(heading), math.sin(heading)]))
+    return np.array(points)
+
+
+def _turn_to_hoop_stress(q: float) -> float:
+    """Turn to the largest hoop stress of a singular field with K_I = q K_II, radians (F. Erdogan and G. C. Sih, J. Basic Eng.
+    85, 1963)."""
+    return 2.0 * math.atan(0.25 * (q - math.copysign(math.sqrt(q * q + 8.0), q)))
 
 
 def _westergaard(z: Array, slant: float) -> tuple[Array, Array, Array]:

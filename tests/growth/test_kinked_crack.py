@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from cohesive.growth.crack import trial_lines
-from cohesive.growth.search import LARGEST_TURN, Search
+from cohesive.growth.search import LARGEST_TURN, Search, find_path
 from cohesive.growth.stress import NodalStress, Probe
 from cohesive.model.build import build
 from cohesive.solver.march import March
@@ -16,6 +17,7 @@ from tests.growth.kinked_crack import (
     direction_of_averaged_hoop_stress,
     direction_of_hoop_stress,
     direction_without_sliding,
+    grown_crack,
 )
 
 
@@ -79,3 +81,27 @@ def test_a_segment_that_does_not_slide_goes_where_fracture_mechanics_sends_it(sl
     slides = [search.slide(search.starts(), 0, -math.radians(turn)) for turn in turns]
     root = turns[0] - slides[0] * (turns[1] - turns[0]) / (slides[1] - slides[0])
     assert root == pytest.approx(wanted, abs=tolerance)
+
+
+def test_a_grown_crack_does_not_depend_on_its_segments() -> None:
+    """A quarter of the segment length moves the path by less than .01 of half the first crack; its first direction is that of
+    the largest hoop stress, to .3 degrees."""
+    coarse, fine = grown_crack(45.0, 0.16, 3), grown_crack(45.0, 0.04, 12)
+    assert abs(np.interp(coarse[:, 0], *fine.T) - coarse[:, 1]).max() < 0.01
+    dx, dy = fine[1] - fine[0]
+    assert 45.0 - math.degrees(math.atan2(dy, dx)) == pytest.approx(direction_of_hoop_stress(45.0), abs=0.3)
+
+
+@pytest.mark.slow
+def test_a_curving_path_is_that_of_fracture_mechanics() -> None:
+    """From a notch slanted by 45 degrees, within one segment (1.6 mm) of the path by linear fracture mechanics until the crack
+    is three times as long as the notch: the cohesive zone is as long as the notch, and the plate is no infinite one."""
+    size = 0.4
+    stage = [{"control": "opening", "to": 0.006, "steps": 60}]
+    found = find_path(slanted_notch(45.0, size, material__Gf=0.006, stage=stage))
+    (line,) = (np.array(each) for each in found.lines if each[0][0] > 0)
+    wanted = 10.0 * grown_crack(45.0, 0.04, 55)
+    judged = line[line[:, 0] < wanted[-1, 0]]
+    assert len(judged) > 12
+    assert abs(np.interp(judged[:, 0], *wanted.T) - judged[:, 1]).max() < 4 * size
+    assert not any("nan" in note for note in found.notes)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cohesive import Scene, SceneError, run
-from cohesive.growth.search import LARGEST_TURN, find_path
+from cohesive.growth.search import LARGEST_TURN, Search, find_path
 from cohesive.model.build import build
 from meshing.outline import Outline
 from meshing.paths import Line, Point
@@ -192,6 +192,12 @@ def test_no_sliding_leads_the_same_way() -> None:
     stress, symmetry = (np.array(find_path(eccentric_beam(grow__criterion=name)).lines[0]) for name in ("stress", "symmetry"))
     heights = np.linspace(20.0, 50.0, 7)
     np.testing.assert_allclose(*(np.interp(heights, line[:, 1], line[:, 0]) for line in (stress, symmetry)), atol=4.0)
+
+
+def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Search, "slide", lambda *_: math.nan)
+    found = find_path(eccentric_beam(grow__criterion="symmetry", grow__segment=24.0))
+    assert any(note.startswith("warning: the path follows the stress at (-50, 20), ") for note in found.notes)
 
 
 @pytest.mark.parametrize(
