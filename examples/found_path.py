@@ -1,12 +1,14 @@
 """A path that is found: which way does a crack go, and who leads it?
 
-Three pictures. The built-in beam with its notch 18 mm off mid-span, as in `crack_that_bends`, but with crack = "grow": the
+Four pictures. The built-in beam with its notch 18 mm off mid-span, as in `crack_that_bends`, but with crack = "grow": the
 path is found segment by segment, from the stress ahead of the tip in the state in which the tip is due. Beside it the smeared
 model of the same beam, in which a crack may form in every element (band.where = "everywhere"): its open planes are drawn
-on the found path. Then a beam with two notches side by side, from each of which a crack grows.
+on the found path. Then a beam with two notches side by side, from each of which a crack grows, and the panel of
+Nooru-Mohamed's load path 4a: notched on both sides, sheared to 5 kN, then pulled apart.
 
 Expected: the found path leans towards the load, and its peak is below that of the straight one; the cracks of two notches
-lean towards each other. The smeared cracks turn with the elements that they run through.
+lean towards each other. Those of the panel curve round each other, as its specimens cracked. The smeared cracks turn with the
+elements that they run through.
 
     python -m examples.found_path [-o DIR]
 """
@@ -30,14 +32,22 @@ NOTCH = 18.0  # mm from mid-span
 
 @dataclass(frozen=True)
 class Found:
-    """Peaks (N) of the straight, the found and the smeared crack; the found path and the two that attract each other, mm; the
-    open crack planes of the smeared model: places (n, 2) and directions (n, 2); seconds of the search."""
+    """What the example shows.
+
+    Attributes
+    ----------
+    straight, found, smeared : peaks of the beam, N
+    path, pair, panel : the found path, the two that attract each other and the two of the panel, mm
+    planes, along : of the open crack planes of the smeared model: places (n, 2), mm, and directions (n, 2)
+    seconds : of the search
+    """
 
     straight: float
     found: float
     smeared: float
     path: Array
     pair: list[Array]
+    panel: list[Array]
     planes: Array
     along: Array
     seconds: float
@@ -91,27 +101,35 @@ def main(size: float = 1.0, plot: Path | None = None) -> Found:
     changes = {"model.kind": "smeared", "band.where": "everywhere", "mesh.crack_size": 2.5 * size, "stage.0.steps": 20}
     smeared = run(grown.scene.with_(**changes, **{"mesh.shape": "quad", "stage.0.to": 0.1}))
     pair = run(two_notches(size))
+    sizes = {"mesh.crack_size": 2.5 * size, "output.frames": 0}
+    panel = run(Scene.load("nooru-mohamed-4a").with_(**{"specimen.crack": "grow"}, **sizes))
     assert grown.found is not None
     where, along = open_planes(smeared)
     found = Found(
-        straight.peak_load, grown.peak_load, smeared.peak_load, grown.path, pair.paths, where, along, grown.found.seconds
-    )
+        straight.peak_load, grown.peak_load, smeared.peak_load, grown.path, pair.paths, panel.paths, where, along,
+        grown.found.seconds,
+    )  # fmt: skip
     print("\n".join(note for note in grown.notes if note.startswith("path")))
     print(f"peak: straight {found.straight:.1f} N, found {found.found:.1f} N, smeared everywhere {found.smeared:.1f} N")
     if plot is not None:
-        _draw(grown, pair, found, plot)
+        _draw(grown, pair, panel, found, plot)
     return found
 
 
-def _draw(grown: Result, pair: Result, found: Found, path: Path) -> None:
-    figure = new_figure(12.0, 4.4)
-    panels = figure.subplots(1, 3)
-    for axes, result, title in zip(
-        panels, (grown, grown, pair), ("found segment by segment", "smeared, cracks everywhere", "two notches"), strict=True
+def _draw(grown: Result, pair: Result, panel: Result, found: Found, path: Path) -> None:
+    figure = new_figure(14.0, 4.2)
+    panels = figure.subplots(1, 4)
+    beam, square = ((-30.0, 40.0), (-2.0, 52.0)), ((-105.0, 105.0), (-105.0, 105.0))
+    for axes, result, title, (xlim, ylim) in zip(
+        panels,
+        (grown, grown, pair, panel),
+        ("found segment by segment", "smeared, cracks everywhere", "two notches", "sheared, then pulled"),
+        (beam, beam, beam, square),
+        strict=True,
     ):
         assert result.found is not None
         draw_path(axes, result.found)
-        axes.set(title=title, xlabel="x (mm)", ylabel="y (mm)", xlim=(-30.0, 40.0), ylim=(-2.0, 52.0))
+        axes.set(title=title, xlabel="x (mm)", ylabel="y (mm)", xlim=xlim, ylim=ylim)
         axes.set_aspect("equal")
     ends = np.stack([found.planes - 0.6 * found.along, found.planes + 0.6 * found.along])
     panels[1].plot(*ends.transpose(2, 0, 1), color="C2", linewidth=0.7, label="open crack planes")

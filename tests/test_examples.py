@@ -185,6 +185,8 @@ def test_found_path(tmp_path: Path) -> None:
     assert found.path[0, 0] - found.path[-1, 0] > 5.0  # towards the load
     left, right = (np.interp(30.0, line[:, 1], line[:, 0]) for line in found.pair)
     assert -10.0 < left < 0.0 < right < 10.0
+    low, high = (np.interp(0.0, *line[np.argsort(line[:, 0])].T) for line in found.panel)  # each passes the other's notch
+    assert -40.0 < low < -10.0 and 10.0 < high < 40.0
     assert is_drawn(tmp_path / "found.png")
 
 
