@@ -14,7 +14,6 @@ import numpy as np
 
 from .arrays import Index
 from .cells import BULK_2D, BULK_3D, CELLS, counter_clockwise
-from .defects import check_elements
 from .errors import MeshError
 from .insertion import insert_cracks
 from .orientation import chained, flipped
@@ -208,6 +207,8 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
         [(kind, index[cells]) for kind, cells in blocks],
         point_sets={name: index[nodes][index[nodes] >= 0] for name, nodes in sets.items()},
     )
+    from .defects import check_elements  # SciPy's search trees, which no other mesh waits for
+
     remarks = check_elements(str(path), clean.points, bulk_cells(clean))
     if lost := len(points) - len(used):
         named = [name for name, nodes in sets.items() if (index[nodes] < 0).any()]

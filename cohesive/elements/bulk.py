@@ -7,6 +7,7 @@ the order of `elements.rotations.PAIRS`: [xx, yy, xy] or [xx, yy, zz, xy, yz, zx
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -116,8 +117,9 @@ class ElasticBlock:
         """Of space."""
         return int(self.points.shape[1])
 
-    def _gradients(self, at: Array, first: int = 0, end: int | None = None) -> tuple[Array, Array]:
-        """Strain operator (q, n, k, d nodes) and Jacobian determinant (q, n) at local points (q, d) of some elements."""
+    def _slopes(self, at: Array, first: int = 0, end: int | None = None) -> tuple[Array, Array]:
+        """Slopes of the shape functions (q, n, nodes, d) and Jacobian determinant (q, n) at local points (q, d) of some
+        elements."""
         cells = self.cells[first:end]
         _, dN = ELEMENTS[self.kind][0](at)
         J = np.einsum("qad,nax->qnxd", dN, self.points[cells])
@@ -130,9 +132,13 @@ class ElasticBlock:
             raise ElementError(
                 f"{self.kind} element {bad} at ({place}) is inverted or has no {size}: expected a positive Jacobian"
             )
-        dNdx = np.einsum("qad,qndx->qnax", dN, adjugate / det[..., None, None])
+        return np.einsum("qad,qndx->qnax", dN, adjugate / det[..., None, None]), det
+
+    def _gradients(self, at: Array, first: int = 0, end: int | None = None) -> tuple[Array, Array]:
+        """Strain operator (q, n, k, d nodes) and Jacobian determinant (q, n) at local points (q, d) of some elements."""
+        dNdx, det = self._slopes(at, first, end)
         d = self.dimension
-        B = np.zeros((*det.shape, len(PAIRS[d]), d * cells.shape[1]))
+        B = np.zeros((*det.shape, len(PAIRS[d]), d * self.cells.shape[1]))
         for row, (i, j) in enumerate(PAIRS[d]):
             B[..., row, i::d] = dNdx[..., j]
             B[..., row, j::d] = dNdx[..., i]
@@ -153,14 +159,21 @@ class ElasticBlock:
 
     def stress(self, displacement: Array) -> Array:
         """Stress at the element centres, (n, k), MPa, from displacements (m, d)."""
-        B, _ = self._gradients(ELEMENTS[self.kind][2])
-        u = displacement[self.cells].reshape(len(self.cells), -1)
-        return np.asarray((self.D @ (B[0] @ u[:, :, None]))[..., 0])
+        slope = np.matmul(displacement[self.cells].transpose(0, 2, 1), self._at_centre)  # of each component along each axis
+        pairs = PAIRS[self.dimension]
+        strain = np.stack([slope[:, i, j] + (slope[:, j, i] if i != j else 0.0) for i, j in pairs], axis=1)
+        return np.asarray(np.matmul(self.D, strain[:, :, None])[..., 0])
+
+    @cached_property
+    def _at_centre(self) -> Array:
+        """Slopes of the shape functions at the element centres, (n, nodes, d), which the stress of each frame takes."""
+        slopes, _ = self._slopes(ELEMENTS[self.kind][2])
+        return np.asarray(slopes[0])
 
     def body_force(self, force: Array) -> Array:
         """Nodal forces, (m, d), N, of a force per volume, (n, d), N/mm^3."""
         at, weights = ELEMENTS[self.kind][1]
-        N, det = ELEMENTS[self.kind][0](at)[0], self._gradients(at)[1]
+        N, det = ELEMENTS[self.kind][0](at)[0], self._slopes(at)[1]
         share = np.einsum("qn,qa->na", self.thickness * weights[:, None] * det, N)
         nodal = np.zeros(self.points.shape)
         np.add.at(nodal, self.cells, share[:, :, None] * force[:, None, :])
@@ -194,4 +207,4 @@ class ElasticBlock:
     def volumes(self) -> Array:
         """Of each element, (n,), mm^3."""
         at, weights = ELEMENTS[self.kind][1]
-        return np.asarray((self.thickness * weights[:, None] * self._gradients(at)[1]).sum(axis=0))
+        return np.asarray((self.thickness * weights[:, None] * self._slopes(at)[1]).sum(axis=0))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from meshing.paths import along_paths
 from meshing.specimens import Specimen
@@ -59,19 +58,18 @@ class CrackLengths:
         left = self.cracks.strength_left(state)
         return float(self.share[np.isfinite(left) & (left > TRACTION_FREE)].sum()) if np.isfinite(self.share).all() else np.nan
 
-    def effective(self, curve: PchipInterpolator | None, problem: Problem, state: State) -> float:
+    def effective(self, curve: tuple[Array, Array] | None, problem: Problem, state: State) -> float:
         """Length of the crack without tractions, notch included, that has the secant compliance of a state, mm."""
         if curve is None or self.notch is None:
             return np.nan
         motion = problem.motion(self._row(problem), state)
         if state.load <= 0 or motion <= 0:
             return np.nan
-        stiffness = min(float(np.sqrt(state.load / motion)), float(curve.x[-1]))
-        return self.notch + float(curve(stiffness))
+        return self.notch + float(np.interp(np.sqrt(state.load / motion), *curve))
 
-    def curve(self, problem: Problem) -> PchipInterpolator | None:
-        """Length of the open part of the path (mm) over the root of the body's stiffness, which falls to 0 about linearly as
-        the ligament vanishes; None if one length does not say it.
+    def curve(self, problem: Problem) -> tuple[Array, Array] | None:
+        """The root of the body's stiffness, ascending, and the length of the open part of the path with it, mm: it grows about
+        linearly as the stiffness falls to 0; None if one length does not say it.
 
         The points are opened through one after another, in the order of the path.
         """
@@ -89,7 +87,7 @@ class CrackLengths:
                 break
             open_lengths.append(float(lengths[i]))
             roots.append(root)
-        return PchipInterpolator([0.0, *roots[::-1]], [float(lengths[-1]), *open_lengths[::-1]])
+        return np.array([0.0, *roots[::-1]]), np.array([float(lengths[-1]), *open_lengths[::-1]])
 
     def _root(self, problem: Problem, opened: Index) -> float:
         """Root of the load over the motion with some points opened through; 0 if nothing holds the body together."""

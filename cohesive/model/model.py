@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from scipy.interpolate import PchipInterpolator
-
 from ..algebra.choice import Condensation
+from ..arrays import Array
 from ..elements.bulk import ElasticBlock
 from ..solver.columns import COLUMN_NAMES, Column, columns_of
 from ..solver.problem import Problem, State
@@ -69,7 +68,7 @@ class Model:
         return len(self.condensation.unknowns)
 
     @cached_property
-    def _compliance(self) -> PchipInterpolator | None:
+    def _compliance(self) -> tuple[Array, Array] | None:
         # by a stiffness of its own: the march goes on with the factorization that it has, whenever this is first asked for
         return self.lengths.curve(replace(self.problem, stiffness=self.problem.stiffness.scaled(1.0)))
 

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import Collection, LineCollection, PolyCollection
+from matplotlib.collections import Collection, LineCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
 from ..arrays import Array
 from ..elements.rotations import major_stress
+from .cell_figures import corners_of, fill_cells
 from .figures import new_figure, save, set_title
 from .frames import Frame
 from .solid_figures import draw_body, draw_crack, frame_body, seen_ratio, solid_axes
@@ -82,12 +83,8 @@ def _draw_plane(axes: Axes, data: RunData, row: int) -> None:
     frame = data.frame(row)
     (warped, factor), stress = _warped(data, frame), _stress(frame)
     faces = [warped[block.cells[:, : CORNERS[block.kind]]] for block in (*data.model.bulk, *data.model.band)]
-    body = PolyCollection(
-        corners_of(faces),  # type: ignore[arg-type]  # an array is drawn much faster than a list
-        array=stress, cmap="viridis", edgecolors="face", linewidths=0.3,
-    )  # fmt: skip
+    body = fill_cells(axes, corners_of(faces), stress)
     _limit(body, stress)
-    axes.add_collection(body)
     if data.model.is_smeared:
         _draw_planes(axes, data, data.states[row], faces[len(data.model.bulk) :])
     elif (crack := data.model.mesh.crack) is not None:
@@ -168,12 +165,6 @@ def _draw_planes(axes: Axes, data: RunData, state: State, faces: list[Array]) ->
     centre, size = corners.mean(axis=1), np.ptp(corners, axis=1).min(axis=1)
     along = 0.5 * size[:, None] * planes.rotation[shown, 1]
     axes.add_collection(LineCollection(list(np.stack([centre - along, centre + along], axis=1)), colors="C3", linewidths=0.8))
-
-
-def corners_of(faces: list[Array]) -> Array:
-    """Corners of all cells, (n, 4, 2), a triangle's last corner repeated; (n, 3, 2) if all are triangles."""
-    most = max(f.shape[1] for f in faces)
-    return np.concatenate([np.pad(f, ((0, 0), (0, most - f.shape[1]), (0, 0)), mode="edge") for f in faces])
 
 
 def _magnification(factor: float) -> float:

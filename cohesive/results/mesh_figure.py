@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from ..arrays import Array
 from ..model.marks import marks
-from .body_figures import CORNERS, corners_of
+from .body_figures import CORNERS
+from .cell_figures import corners_of, outline_cells
 from .figures import new_figure, plain_legend, save, set_title
 from .mark_figures import draw_marks, draw_solid_marks
 from .solid_figures import on_axes, seen_faces, seen_ratio, solid_axes
@@ -51,12 +52,7 @@ def _plane_figure(scene: Scene, mesh: CrackedMesh) -> Figure:
     for blocks, colour, label in ((mesh.bulk, _BODY, None), (mesh.band, _BAND, "elements that may crack")):
         if blocks:
             faces = corners_of([points[block.data[:, : CORNERS[block.type]]] for block in blocks])
-            axes.add_collection(
-                PolyCollection(
-                    faces,  # type: ignore[arg-type]  # an array is drawn much faster than a list
-                    facecolors=colour, edgecolors="0.55", linewidths=linewidth, label=label,
-                )
-            )  # fmt: skip
+            outline_cells(axes, faces, colour, linewidth, label)
     if mesh.crack is not None:
         axes.add_collection(
             LineCollection(list(points[mesh.crack.data[:, :2]]), colors=_CRACK, linewidths=2.0, label="crack path")

@@ -62,7 +62,13 @@ def _full_energy(data: RunData) -> str:
 
 
 def warnings(data: RunData) -> list[str]:
-    """What a reader of the curve should be wary of."""
+    """What a reader of the curve should be wary of; looked for once, for it takes the stresses of several rows."""
+    if data.warned is None:
+        data.warned = _warnings(data)
+    return data.warned
+
+
+def _warnings(data: RunData) -> list[str]:
     load, found = data.history["load"], []
     if not data.steps:
         return []

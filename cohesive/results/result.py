@@ -99,7 +99,7 @@ class Result(RunData):
             reference=load_reference(saved.scene), timings=facts["timings"], states=SavedStates(len(saved.history["step"])),
             way=np.array(facts["way"] or []), _displacements={}, _added_compliance=facts["added_compliance"],
             _initial_stiffness={facts["curve"].get("over"): facts["curve"].get("initial_stiffness")},
-            told="\n".join(facts["summary"]),
+            told="\n".join(facts["summary"]), warned=None,
         )  # fmt: skip
         return loaded
 

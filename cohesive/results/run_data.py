@@ -39,6 +39,7 @@ class RunData:
     found : FoundPath, if the crack path was looked for
     timings : seconds: mesh, assemble, condense, newton and, after `save`, output
     told : the summary, in a result that was loaded from its folder
+    warned : what a reader should be wary of, once it was asked for
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class RunData:
         self._added_compliance: float | None = None
         self._initial_stiffness: dict[str, float | None] = {}  # by what was asked for
         self.told: str | None = None
+        self.warned: list[str] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         if self._displacements is None and len(self.states):
