@@ -58,6 +58,13 @@ def run(
         For bad input.
     NotConverged, Interrupted (a KeyboardInterrupt), and SceneError if history.csv cannot grow
         With everything computed so far in the exception's `result`.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, run
+    >>> result = run(Scene.load("notched-beam"))
+    >>> print(f"{result.peak_load:.2g} N at an opening of {result.opening_at_peak:.2g} mm")
+    1e+03 N at an opening of 0.03 mm
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"run(scene) got {scene!r}: expected a Scene, as from Scene.load(name)")

@@ -37,6 +37,15 @@ class CrackPlane:
     Attributes
     ----------
     Zt : opening at which damage starts in mode I, mm, with the shape of the width
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cohesive import Concrete, CrackPlane
+    >>> plane = CrackPlane(Concrete(E=30000.0, nu=0.2, ft=3.0, Gf=0.1), width=0.1)
+    >>> traction, tangent, Z = plane.update(np.array([[0.05, 0.0]]), np.zeros(1))
+    >>> print(traction.round(4), Z)
+    [[0.6696 0.    ]] [0.05]
     """
 
     def __init__(self, concrete: Concrete, width: float | Array | None = None) -> None:

@@ -61,6 +61,27 @@ def register_softening(name: str) -> Callable[[F], F]:
     ------
     ValueError
         If `name` is no string or there is a curve of that name.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cohesive import Concrete, register_softening
+    >>> @register_softening("falling at once")
+    ... class AtOnce:
+    ...     def __init__(self, ft, Gf):
+    ...         self.ft, self.Gf, self.end = ft, Gf, 2.0 * Gf / ft
+    ...
+    ...     def stress(self, w):
+    ...         return np.clip(self.ft * (1.0 - w / self.end), 0.0, self.ft)
+    ...
+    ...     def slope(self, w):
+    ...         return np.where((w > 0) & (w < self.end), -self.ft / self.end, 0.0)
+    ...
+    ...     def work(self, w):
+    ...         w = np.clip(w, 0.0, self.end)
+    ...         return self.ft * w * (1.0 - 0.5 * w / self.end)
+    >>> Concrete(E=30000.0, nu=0.2, ft=3.0, Gf=0.1, softening="falling at once").curve.end
+    0.06666666666666667
     """
     if not isinstance(name, str) or not name:
         raise ValueError(f'register_softening({name!r}): expected the name of the curve, @register_softening("name")')

@@ -109,6 +109,15 @@ def prepare(scene: Scene, model: str | None = None) -> Prepared:
     ------
     SceneError, MeshError
         For bad input.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, prepare, run
+    >>> beam = Scene.load("notched-beam")
+    >>> prepared = prepare(beam)
+    >>> loads = [run(beam.with_(**{"material.Gf": Gf}), prepared).peak_load for Gf in (0.08, 0.1)]
+    >>> loads[0] < loads[1]
+    True
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"prepare(scene) got {scene!r}: expected a Scene, as from Scene.load(name)")

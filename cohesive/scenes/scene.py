@@ -59,6 +59,13 @@ class Scene:
     ----------
     data : dict, as given (a copy)
     title, kind, specimen, sizes, material, interface, model, band, stages, solver, reference, output : checked parts
+
+    Examples
+    --------
+    >>> from cohesive import Scene
+    >>> beam = Scene.load("notched-beam").with_(**{"material.ft": 3.0})
+    >>> beam.kind, beam.material.ft
+    ('notched-beam', 3.0)
     """
 
     def __init__(self, data: Mapping[str, Any], folder: str | Path = ".") -> None:

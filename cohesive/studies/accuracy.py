@@ -58,6 +58,13 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     ------
     SceneError
         For another accuracy, a mesh of the user's, a model of which there is no trade, or a table that cannot be read.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, settings_for
+    >>> choice = settings_for(Scene.load("notched-beam"), "5%")
+    >>> choice.promised <= 0.05
+    True
     """
     wanted = parse(accuracy)
     if scene.sizes is None:

@@ -91,6 +91,14 @@ def compare(
     NotConverged, Interrupted (a KeyboardInterrupt)
         If not even one step of a run converged, and for an interruption, with the exception's `result` if there is
         one. What was finished before is in `finished`, also that of a SceneError.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, compare
+    >>> comparison = compare(Scene.load("single-crack"))
+    >>> _, difference = comparison.difference()
+    >>> bool(abs(difference).max() < 0.01 * comparison.discrete.peak_load)
+    True
     """
     results: list[Result] = []
     notes: list[str] = []

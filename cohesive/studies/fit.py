@@ -97,6 +97,15 @@ def fit(
     ------
     SceneError
         For bad input, with the key, or a number that the test cannot see.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, fit, run
+    >>> beam = Scene.load("notched-beam")
+    >>> measured = run(beam.with_(**{"material.ft": 3.0})).history
+    >>> found = fit(beam, {"material.ft": (1.0, 6.0)}, reference=(measured["opening"], measured["load"]), check=False)
+    >>> print(f"{found.values['material.ft']:.2f} MPa")
+    3.00 MPa
     """
     each = [scenes] if isinstance(scenes, Scene) else list(scenes)
     problem = _problem(each, vary, reference, loss, weights, own)

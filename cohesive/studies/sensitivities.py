@@ -53,6 +53,13 @@ def sensitivities(scene: Scene, keys: Sequence[str]) -> Sensitivities:
     ------
     SceneError
         For a key without a number, or a stage that ends with an event.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, sensitivities
+    >>> found = sensitivities(Scene.load("notched-beam"), ["material.ft"])
+    >>> bool(found.derivatives["material.ft"]["load"].max() > 0), found.is_exact
+    (True, True)
     """
     for i, stage in enumerate(scene.stages):
         for name in ("until", "unload"):

@@ -183,6 +183,13 @@ def sweep(
         If no scene of the grid can be used.
     Interrupted
         With the runs that were finished, as a Sweep, in `result`.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, sweep
+    >>> swept = sweep(Scene.load("notched-beam"), {"material.Gf": [0.08, 0.1]}, workers=1)
+    >>> [each.is_done for each in swept.runs]
+    [True, True]
     """
     values = _checked(vary)
     tasks = _tasks(scene, values, None if output is None else Path(output))
