@@ -11,7 +11,8 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from scipy.linalg import lapack
+from numpy.typing import NDArray
+from scipy.linalg import blas, lapack
 
 from ..arrays import Array, Index
 from ..errors import NotConverged
@@ -27,6 +28,15 @@ Solve: TypeAlias = Callable[[Array], Array]
 
 #: residual of a step by a reused factorization, relative to its forces: Newton's method still gains six digits
 _INEXACT = 1e-6
+
+#: the same by a new one in single precision
+_EXACT = 1e-10
+
+#: by how much one call of GMRES reduces a residual at most: a preconditioner in single precision is good for no more
+_INNER = 1e-5
+
+#: calls of GMRES
+_CALLS = 6
 
 #: if a factorization is worth fewer iterations of GMRES, it is cheap
 FEWEST = 8
@@ -149,6 +159,10 @@ class _Bordered(ABC):
     def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
         """Factor the bordered system."""
 
+    def _rough(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve | None:
+        """A cheaper factorization that is good enough for a preconditioner, if there is one."""
+        return None
+
     def solve(
         self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
     ) -> Array:
@@ -158,38 +172,44 @@ class _Bordered(ABC):
         unit = self._unit(crack, row)
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
 
+        tangent = sp.csr_array((crack[2], crack[:2]), shape=(n, n))
+
+        def forces(x: Array) -> Array:
+            v = x[:-1] if free is None else free @ x[:-1]
+            force = self.apply(v) + tangent @ v
+            return np.asarray(force if free is None else free.T @ force)
+
+        def bordered(x: Array) -> Array:
+            return np.append(forces(x) - x[-1] * load, row @ x[:-1] + corner * x[-1])
+
         x = None
         if self._reused.solve is not None and self._reused.size == len(right) and self._worth() >= FEWEST:
-            tangent = sp.csr_array((crack[2], crack[:2]), shape=(n, n))
-
-            def forces(x: Array) -> Array:
-                v = x[:-1] if free is None else free @ x[:-1]
-                force = self.apply(v) + tangent @ v
-                return np.asarray(force if free is None else free.T @ force)
-
-            def bordered(x: Array) -> Array:
-                return np.append(forces(x) - x[-1] * load, row @ x[:-1] + corner * x[-1])
-
             x = self._iterate(self._reused.solve, forces, bordered, right)
         if x is None:
             self._reused.solve = None  # first, so that no memory is needed for two
-            self._reused.size, self._reused.solve = len(right), self._factor(crack, load, row, corner, free)
-            self._reused.made += 1
+            self._reused.size, self._reused.made = len(right), self._reused.made + 1
+            rough = self._rough(crack, load, row, corner, free) if self._worth() >= FEWEST else None
+            if rough is not None and (x := self._iterate(rough, forces, bordered, right, _EXACT)) is not None:
+                self._reused.solve = rough
+        if x is None:
+            self._reused.solve = self._factor(crack, load, row, corner, free)
             x = self._reused.solve(right)
         return x if free is None else np.append(free @ x[:-1], x[-1])
 
-    def _iterate(self, reused: Solve, forces: Solve, bordered: Solve, right: Array) -> Array | None:
-        """The solution by means of the reused factorization; None if that takes too long."""
+    def _iterate(
+        self, reused: Solve, forces: Solve, bordered: Solve, right: Array, tolerance: float = _INEXACT
+    ) -> Array | None:
+        """The solution by means of another factorization; None if that takes too long."""
         n, most = len(right), self._worth()
         # preconditioned from the right, so that the residual is that of the system
         system = spla.LinearOperator((n, n), lambda y: bordered(reused(y)), dtype=float)
         x = reused(right)
-        for _ in range(3):  # a guess that is far off has large forces, beside which much is small
+        for _ in range(_CALLS):  # a guess that is far off has large forces, beside which much is small
             left = right - bordered(x)
-            enough = _INEXACT * max(float(np.linalg.norm(right[:-1])), float(np.linalg.norm(forces(x))))
+            enough = tolerance * max(float(np.linalg.norm(right[:-1])), float(np.linalg.norm(forces(x))))
             if np.linalg.norm(left) <= enough:
                 return x
-            y, failed = spla.gmres(system, left, rtol=0.0, atol=enough, restart=most, maxiter=1)
+            y, failed = spla.gmres(system, left, rtol=_INNER, atol=enough, restart=most, maxiter=1)
             if failed:
                 return None
             x += reused(y)
@@ -205,20 +225,43 @@ class DenseStiffness(_Bordered):
     def _worth(self) -> int:
         return len(self.matrix) // DENSE_WORTH
 
+    def apply(self, v: Array) -> Array:
+        by_columns = self.matrix if self.matrix.flags.f_contiguous else self.matrix.T
+        return np.asarray(blas.dsymv(1.0, by_columns, v, lower=1))  # which reads half of the matrix
+
     def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
+        lu, pivots, info = lapack.dgetrf(self._system(crack, load, row, corner, free, np.float64), overwrite_a=True)
+        if info:
+            raise NotConverged("the tangent stiffness is singular")
+        return lambda right: np.asarray(lapack.dgetrs(lu, pivots, right)[0])
+
+    def _rough(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve | None:
+        """In single precision, which takes half the memory, and less than half the time of a factorization and of a solve."""
+        lu, pivots, info = lapack.sgetrf(self._system(crack, load, row, corner, free, np.float32), overwrite_a=True)
+        if info:
+            return None
+
+        def solve(right: Array) -> Array:
+            largest = float(abs(right).max()) or 1.0  # single precision has no numbers below 1e-38
+            x = lapack.sgetrs(lu, pivots, (right / largest).astype(np.float32))[0]
+            return np.asarray(largest * x.astype(float))
+
+        return solve
+
+    def _system(
+        self, crack: Entries, load: Array, row: Array, corner: float, free: Free, precision: type[np.floating[Any]]
+    ) -> NDArray[Any]:
+        """The bordered matrix, by columns."""
         m, n = len(self.matrix), len(load)
-        A = np.empty((m + 1, m + 1), order="F")
+        A: NDArray[Any] = np.empty((m + 1, m + 1), precision, order="F")
         A[:m, :m] = self.matrix
         np.add.at(A, crack[:2], crack[2])
         if free is not None:
             inner = free.T @ (free.T @ A[:m, :m].T).T
-            A = np.empty((n + 1, n + 1), order="F")
+            A = np.empty((n + 1, n + 1), precision, order="F")
             A[:n, :n] = inner
         A[:n, n], A[n, :n], A[n, n] = -load, row, corner
-        lu, pivots, info = lapack.dgetrf(A, overwrite_a=True)
-        if info:
-            raise NotConverged("the tangent stiffness is singular")
-        return lambda right: np.asarray(lapack.dgetrs(lu, pivots, right)[0])
+        return A
 
 
 @dataclass(frozen=True)
