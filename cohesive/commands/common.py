@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import threading
 import tomllib
@@ -57,8 +58,12 @@ def load_scene(options: argparse.Namespace) -> Scene:
     return Scene.load(options.scene).with_(**assignments(options.set))
 
 
+#: numbers as people write them, which TOML does not know: .5, 5. or 007
+_LOOSE_NUMBER = re.compile(r"[+-]?(\d{1,20}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?")
+
+
 def assignments(pairs: Sequence[str]) -> dict[str, Any]:
-    """KEY=VALUE with a TOML value; what is not TOML is a string."""
+    """KEY=VALUE with a TOML value; what is not TOML is a number as `.5`, else a string."""
     result = {}
     for pair in pairs:
         key, separator, text = pair.partition("=")
@@ -67,7 +72,7 @@ def assignments(pairs: Sequence[str]) -> dict[str, Any]:
         try:
             result[key.strip()] = tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
-            result[key.strip()] = text.strip()
+            result[key.strip()] = float(text) if _LOOSE_NUMBER.fullmatch(text.strip()) else text.strip()
         except (ValueError, RecursionError) as error:  # thousands of digits or levels
             raise SceneError(f"--set {pair}: {error}; expected a value that a scene can hold") from None
     return result

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from cohesive.commands.command_line import main
+from cohesive.commands.common import assignments
 from cohesive.solver.columns import COLUMN_NAMES as COLUMNS
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
@@ -99,3 +100,12 @@ def test_scenes(capsys: pytest.CaptureFixture[str]) -> None:
     }
     assert main(["scenes", "notched-beam"]) == 0
     assert 'kind = "notched-beam"' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [(".5", 0.5), ("5.", 5.0), ("-.5e-1", -0.05), ("007", 7.0), ("1_000", 1000), ("5 mm", "5 mm"), (".", "."), ("e5", "e5")],
+)
+def test_numbers_are_read_as_people_write_them(text: str, value: object) -> None:
+    found = assignments([f"mesh.crack_size={text}"])["mesh.crack_size"]
+    assert found == value and type(found) is type(value)
