@@ -52,10 +52,10 @@ def test_balances_close_with_the_square_of_the_steps() -> None:
 
 
 @pytest.mark.parametrize("seed", [42, 51])
-def test_dissipation_control_meets_its_onset_once(seed: int) -> None:
-    """A first point that is damaged by less than rounding shows would be gone to again and again."""
+def test_dissipation_control_leaves_its_onset(seed: int) -> None:
+    """A first point that is damaged by less than rounding shows would be gone to again and again: ten rows were alike."""
     load = run(random_scene(seed)).history["load"]
-    assert (np.diff(load[:4]) > 1e-8 * load[1]).all()
+    assert (abs(load[1:] / load[1] - 1.0) < 1e-8).sum() <= 2
 
 
 @pytest.mark.parametrize("seed", [1, 4, 13])

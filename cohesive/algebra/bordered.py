@@ -226,6 +226,8 @@ class DenseStiffness(_Bordered):
         return len(self.matrix) // DENSE_WORTH
 
     def apply(self, v: Array) -> Array:
+        if self._worth() < FEWEST:
+            return super().apply(v)
         by_columns = self.matrix if self.matrix.flags.f_contiguous else self.matrix.T
         return np.asarray(blas.dsymv(1.0, by_columns, v, lower=1))  # which reads half of the matrix
 

@@ -21,6 +21,9 @@ MAX_SECANT_ITERATIONS = 1000
 #: residual and correction up to which they may be rounding, over a stiffness that vanishes as a body comes apart
 ROUNDING = 1e-6
 
+#: correction of a motion that no force resists, if the residual has been rounding twice running
+_FREE = 1e-3
+
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
 
@@ -174,22 +177,24 @@ class _Equations:
             raise NotConverged("the tangent stiffness is singular")
         return step
 
-    def is_converged(self, now: Iterate, error: float, correction: float) -> bool:
-        """Whether residual, gap and the last correction are all within the tolerance, or rounding."""
-        tol = self.problem.tol
+    def is_rounding(self, now: Iterate, error: float) -> bool:
+        """Whether the residual may be rounding. That excuses little: a part that flies off has a large one."""
         rounding = 4 * np.finfo(float).eps * self.problem.rounding * float(abs(now.v).max())
-        # rounding excuses little: a part that flies off has a large one
-        is_rounding = error <= min(rounding, ROUNDING * now.scale)
-        balanced = error <= tol * now.scale or is_rounding
-        is_small = correction <= (max(tol, ROUNDING) if is_rounding else tol)
-        return balanced and abs(now.gap) <= tol and is_small
+        return error <= min(rounding, ROUNDING * now.scale)
+
+    def is_converged(self, now: Iterate, error: float, correction: float, excused: float) -> bool:
+        """Whether residual, gap and the last correction are all within the tolerance, or the residual is rounding and the
+        correction below what that excuses."""
+        tol = self.problem.tol
+        balanced = error <= tol * now.scale or excused > 0
+        return balanced and abs(now.gap) <= tol and correction <= max(tol, excused)
 
 
 def _newton(step: _Equations, guess: State, reversal: bool) -> Equilibrium:
     """Newton's method from a guess."""
     problem, limit = step.problem, most_iterations(step.problem)
     residuals: list[float] = []
-    correction = np.inf
+    correction, rounded = np.inf, 0
     try:
         now = step.at(guess.v, guess.load, frozen=reversal)
         for iteration in range(limit + 1):
@@ -197,7 +202,8 @@ def _newton(step: _Equations, guess: State, reversal: bool) -> Equilibrium:
             residuals.append(error / now.scale)
             if not np.isfinite(error):
                 raise NotConverged(f"the residual is not finite after {iteration} iterations")
-            if step.is_converged(now, error, correction):
+            rounded = rounded + 1 if step.is_rounding(now, error) else 0
+            if step.is_converged(now, error, correction, (0.0, ROUNDING, _FREE)[min(rounded, 2)]):
                 return Equilibrium(next_state(problem, step.start, now), iteration, residuals)
             if iteration == limit:
                 break

@@ -24,8 +24,8 @@ _NEARLY_ELASTIC = 1e-4
 #: residual up to which that way leads dissipation control to the onset, from where Newton's method corrects it
 _ALMOST_ELASTIC = 1e-2
 
-#: part of the load by which the onset is passed if rounding hides that a point is damaged there
-_BEYOND = 1e-10
+#: parts of the load by which the onset is passed if rounding hides that a point is damaged there
+_BEYOND = (1e-13, 1e-12, 1e-11, 1e-10)
 
 
 def snap_through(problem: Problem, start: State, control: str, target: float, reach: float) -> Equilibrium:
@@ -136,8 +136,11 @@ def advance_to_onset(problem: Problem, start: State) -> Equilibrium:
         If the path is not linear, as in contact.
     """
     begun, onset, error = _damaged_onset(problem, start)
-    if not problem.point_law.is_on_surface(onset.cracks):
-        begun, onset, error = _damaged_onset(problem, start, _BEYOND)
+    if abs(onset.load - start.load) <= 10 * _BEYOND[-1] * abs(onset.load):  # it is there, and rounding hid the damage
+        for beyond in _BEYOND:
+            if problem.point_law.is_on_surface(onset.cracks):
+                break
+            begun, onset, error = _damaged_onset(problem, start, beyond)
     if error > _ALMOST_ELASTIC:
         raise NotConverged(f"the way to the onset of damage is not elastic: relative residual {error:.1e}")
     if error > problem.tol:  # to equilibrium, so far beyond the onset that it is not missed
