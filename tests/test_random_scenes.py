@@ -64,3 +64,10 @@ def test_a_run_repeats_to_the_last_bit(seed: int) -> None:
     for name in one:
         if name != "wall_time":
             np.testing.assert_array_equal(one[name], other[name])
+
+
+@pytest.mark.slow
+def test_newton_that_alternates_under_dissipation_control_is_led_on() -> None:
+    result = run(random_scene(283))
+    assert any("alternates from dissipation" in note for note in result.notes)
+    assert result.history["dissipated"][-1] == pytest.approx(result.scene.stages[0].to, rel=1e-3)

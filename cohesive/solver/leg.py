@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..errors import NotConverged, PointFailure
 from .controls import Control, control_of
 from .events import Event, Watch
-from .newton import Equilibrium
+from .newton import Equilibrium, advance
 from .problem import Problem, State
 from .snap import WayBack, advance_past_onset, snap_through
 from .stages import Stage, event_text
@@ -101,7 +101,8 @@ class Leg:
                     self._size = SNAP_STEP * self._nominal
                     yield from self._handed_out()
                     continue
-                trial, snapped = self._snap(error), True
+                calm = self._without_alternation(error)
+                trial, snapped = (self._snap(error), True) if calm is None else (calm, False)
             if self._passes(trial.state, snapped):
                 continue
             if self._leads_away:
@@ -161,6 +162,22 @@ class Leg:
     def _cut(self, error: NotConverged) -> None:
         self._cuts += 1
         self._size *= 0.25 if isinstance(error.__cause__, PointFailure) else 0.5
+
+    def _without_alternation(self, error: NotConverged) -> Equilibrium | None:
+        """A whole step with the tangents of unloading, if the stage is led by dissipation. There is an equilibrium close by
+        then, and what keeps Newton's method from it are points that load and unload by turns; None if that fails too."""
+        if not self._control.begins_at_onset or isinstance(error.__cause__, PointFailure):
+            return None
+        name, size = self.stage.control, min(self._nominal, abs(self.target - self._value))
+        try:
+            trial = advance(replace(self.problem, secant=True), self.state, name, self._value + self._direction * size)
+        except NotConverged:
+            return None
+        note = f"stage {self.number}: Newton's method alternates from {name} = "
+        if not any(each.startswith(note) for each in self.notes):
+            self.notes.append(f"{note}{self._value:.5g} on; the tangents of unloading lead on, in more iterations")
+        self._size = size
+        return trial
 
     def _snap(self, error: NotConverged) -> Equilibrium:
         """The next equilibrium after a snap, for a step that failed with this error."""

@@ -10,6 +10,8 @@ import pytest
 
 from cohesive import NotConverged, Result, Scene, run
 from cohesive.errors import Interrupted, PointFailure
+from cohesive.solver.newton import Equilibrium
+from cohesive.solver.problem import Problem, State
 from cohesive.solver.snap import advance_past_onset
 from tests.builders import block
 
@@ -158,3 +160,20 @@ def test_a_failed_step_is_cut_in_two_and_a_failed_point_in_four(
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 5}]))
     assert tried[:2] == pytest.approx([0.01, 0.01 * factor])
     assert list(result.history["cuts"][1:3]) == [1, 0]
+
+
+def test_where_newton_alternates_under_dissipation_control_secant_tangents_lead_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that fail whatever their size, from one state on: the curve is the same, and a note says it once."""
+    scene = block(stage=[{"control": "dissipation", "to": 10.0, "steps": 10}])
+    whole = run(scene).history
+
+    def alternating(problem: Problem, start: State, *args: Any) -> Equilibrium:
+        if 3.0 < start.dissipated < 6.5:
+            raise NotConverged("by turns")
+        return advance_past_onset(problem, start, *args)
+
+    monkeypatch.setattr("cohesive.solver.leg.advance_past_onset", alternating)
+    result = run(scene)
+    assert sum("Newton's method alternates from dissipation" in note for note in result.notes) == 1
+    end = result.history["load"][-1]
+    assert end == pytest.approx(whole["load"][-1], rel=1e-6) and result.history["dissipated"][-1] == pytest.approx(10.0)
