@@ -1,0 +1,42 @@
+"""Cells of a plane body in a picture: many are drawn as few are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from cohesive.arrays import Array
+from cohesive.results import cell_figures
+from cohesive.results.cell_figures import corners_of, fill_cells, outline_cells
+
+SQUARE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+TRIANGLE = SQUARE[:, :3]
+
+
+def drawn(faces: list[Array], values: Array | None) -> Array:
+    """What is drawn of cells on a square of 3 x 3 mm, (n, n, 4)."""
+    figure = Figure(figsize=(1.2, 1.2), dpi=100)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.axis("off")
+    axes.set(xlim=(-1, 2), ylim=(-1, 2))
+    if values is None:
+        outline_cells(axes, corners_of(faces), "#ff0000", 0.5, "label")
+    else:
+        fill_cells(axes, corners_of(faces), values).set_clim(0.0, 1.0)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba(), dtype=float) / 255
+
+
+@pytest.mark.parametrize("values", [np.array([1.0, 0.3]), None], ids=["filled", "outlined"])
+@pytest.mark.parametrize("faces", [[SQUARE, TRIANGLE - 1.0], [TRIANGLE, TRIANGLE - 1.0]], ids=["mixed", "triangles"])
+def test_many_cells_look_like_few(faces: list[Array], values: Array | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for pixels on the edges, which are 5 % of all: they are not smoothed."""
+    few = drawn(faces, values)
+    monkeypatch.setattr(cell_figures, "MANY", 1)
+    many = drawn(faces, values)
+    differ = abs(few - many).max(axis=2) > 0.1
+    assert differ.mean() < 0.05
+    assert (many[..., :3] < 0.99).any(axis=2).mean() > 0.05  # something is drawn
