@@ -30,13 +30,19 @@ def drawn(faces: list[Array], values: Array | None) -> Array:
     return np.asarray(canvas.buffer_rgba(), dtype=float) / 255
 
 
-@pytest.mark.parametrize("values", [np.array([1.0, 0.3]), None], ids=["filled", "outlined"])
+@pytest.mark.parametrize(
+    "values, edges",
+    [(np.array([1.0, 0.3]), 0.025), (None, 0.045)],  # half a missing square is 5.5 %
+    ids=["filled", "outlined"],
+)
 @pytest.mark.parametrize("faces", [[SQUARE, TRIANGLE - 1.0], [TRIANGLE, TRIANGLE - 1.0]], ids=["mixed", "triangles"])
-def test_many_cells_look_like_few(faces: list[Array], values: Array | None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for pixels on the edges, which are 5 % of all: they are not smoothed."""
+def test_many_cells_look_like_few(
+    faces: list[Array], values: Array | None, edges: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But for pixels on the edges, which are not smoothed."""
     few = drawn(faces, values)
     monkeypatch.setattr(cell_figures, "MANY", 1)
     many = drawn(faces, values)
     differ = abs(few - many).max(axis=2) > 0.1
-    assert differ.mean() < 0.05
+    assert differ.mean() < edges
     assert (many[..., :3] < 0.99).any(axis=2).mean() > 0.05  # something is drawn
