@@ -62,7 +62,7 @@ def random_scene(seed: int, extreme: bool = False, small: bool = False) -> Scene
         del data["model"]["plane"]
     shape = "triangle" if base.kind == "single-crack-3d" else str(rng.choice(["triangle", "quad"]))
     order = 1 if solid else int(rng.choice([1, 1, 2]))
-    length = base.crack_area ** 0.5 if solid else base.crack_area / (base.specimen.thickness or 1.0)
+    length = base.crack_area**0.5 if solid else base.crack_area / (base.specimen.thickness or 1.0)
     size = length / rng.uniform(4.0, 6.0 if solid or small else 12.0)
     data["mesh"] = {"crack_size": size, "far_size": size * rng.uniform(2.0, 5.0), "shape": shape, "order": order}
     if smeared:

@@ -49,7 +49,7 @@ def keys() -> str:
         parts += [f"## {'[' + name + ']' if name else 'Above the tables'}", _key_table(k for k in of_all if k.table == name)]
     for kind in specimen_kinds():
         own = (key for key in scene_keys(kind) if key.table == "specimen" and key.name != "kind")
-        parts += [f"## kind = \"{kind}\"", _key_table(own)]
+        parts += [f'## kind = "{kind}"', _key_table(own)]
     return "\n\n".join(parts)
 
 
@@ -65,8 +65,10 @@ def columns() -> str:
     """The columns of the history."""
     rows = ([f"`{c.name}`", c.unit, "yes" * c.watched, "yes" * c.unloaded, c.meaning] for c in COLUMNS)
     head = ["column", "unit", "in until", "in unload", "meaning"]
-    return "# Columns of the history\n\n" + table(head, rows) + (
-        "\n\nA column for each further gauge and each named drive follows, as `deflection` or `load.pull`."
+    return (
+        "# Columns of the history\n\n"
+        + table(head, rows)
+        + ("\n\nA column for each further gauge and each named drive follows, as `deflection` or `load.pull`.")
     )
 
 
@@ -112,7 +114,7 @@ def notebook(name: str) -> str:
     """A notebook that runs an example: its docstring, then its main function."""
     module = importlib.import_module(f"examples.{name}")
     words = {"cell_type": "markdown", "metadata": {}, "source": inspect.getdoc(module)}
-    code = f"from pathlib import Path\n\nfrom examples import {name}\n\nfound = {name}.main(plot=Path(\"{name}.png\"))"
+    code = f'from pathlib import Path\n\nfrom examples import {name}\n\nfound = {name}.main(plot=Path("{name}.png"))'
     cell = {"cell_type": "code", "metadata": {}, "source": code, "outputs": [], "execution_count": None}
     return json.dumps({"cells": [words, cell], "metadata": {}, "nbformat": 4, "nbformat_minor": 4})
 

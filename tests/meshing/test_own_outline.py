@@ -81,7 +81,7 @@ def test_curves_of_a_group_are_joined_in_any_order(tmp_path: Path, tags: tuple[i
     (tmp_path / "plate.geo").write_text(
         "Point(1) = {0, 0, 0}; Point(2) = {3, 0, 0}; Point(3) = {3, 2, 0}; Point(4) = {0, 2, 0};"
         f"Line({a}) = {{1, 2}}; Line({b}) = {{2, 3}}; Line({c}) = {{4, 3}}; Line(4) = {{4, 1}};"
-        f"Curve Loop(1) = {{{loop}}}; Plane Surface(1) = {{1}}; Physical Curve(\"three\") = {{1, 2, 3}};\n"
+        f'Curve Loop(1) = {{{loop}}}; Plane Surface(1) = {{1}}; Physical Curve("three") = {{1, 2, 3}};\n'
     )
     outline = read_outline(tmp_path / "plate.geo")
     three = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]
