@@ -30,8 +30,13 @@ _PATIENCE = 5.0
 
 def main() -> int:
     """Run the command line; returns the exit status."""
-    # the matrices are small: more threads gain nothing, and on a busy machine they wait for each other
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from .algebra import threads
+
+    # most matrices are small: more threads gain nothing, and on a busy machine they wait for each other
+    if threads.BLAS_VARIABLE not in os.environ:
+        if threads.VARIABLE not in os.environ:
+            os.environ[threads.VARIABLE] = str(threads.most_threads())
+        os.environ[threads.BLAS_VARIABLE] = "1"
     # imports make many objects and no garbage: looking for it takes a tenth of a short run
     gc.set_threshold(50_000)
     from .algebra.petsc.ranks import rank_and_size

@@ -16,6 +16,7 @@ from scipy.linalg import blas, lapack
 
 from ..arrays import Array, Index
 from ..errors import NotConverged
+from .threads import threads_for
 
 #: rows, columns and values; entries at one position add up
 Entries = tuple[Index, Index, Array]
@@ -27,7 +28,7 @@ Free: TypeAlias = sp.csr_array | None
 Solve: TypeAlias = Callable[[Array], Array]
 
 #: residual of a step by a reused factorization, relative to its forces: Newton's method still gains six digits
-_INEXACT = 1e-6
+INEXACT = 1e-6
 
 #: the same by a new one in single precision
 _EXACT = 1e-10
@@ -35,14 +36,14 @@ _EXACT = 1e-10
 #: by how much one call of GMRES reduces a residual at most: a preconditioner in single precision is good for no more
 _INNER = 1e-5
 
-#: calls of GMRES
-_CALLS = 6
+#: calls of GMRES, each of which must bring the residual below this part of what it was
+_CALLS, _PROGRESS = 6, 0.1
 
 #: if a factorization is worth fewer iterations of GMRES, it is cheap
 FEWEST = 8
 
 #: rows of a dense matrix whose factorization is worth one more iteration
-DENSE_WORTH = 130
+DENSE_WORTH = 200
 
 
 class Stiffness(Protocol):
@@ -62,9 +63,21 @@ class Stiffness(Protocol):
         """Factor anew in the next solve, whatever was solved before."""
 
     def solve(
-        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+        self,
+        crack: Entries,
+        load: Array,
+        row: Array,
+        corner: float,
+        right: Array,
+        last: float,
+        free: Free = None,
+        forcing: float = INEXACT,
     ) -> Array:
         """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last], within v = free @ y if `free` is given.
+
+        Parameters
+        ----------
+        forcing : residual that the solution may leave, relative to its forces; a direct solution leaves rounding.
 
         Raises
         ------
@@ -73,19 +86,46 @@ class Stiffness(Protocol):
         """
 
 
+@dataclass(frozen=True)
+class _Border:
+    """What one iteration adds to the elastic stiffness, on the motions that are allowed: [[tangent, -load], [row, corner]]."""
+
+    tangent: sp.csr_array
+    load: Array
+    row: Array
+    corner: float
+    free: Free
+
+    def moved(self, x: Array) -> Array:
+        """The unknowns v of [v, factor]."""
+        return x[:-1] if self.free is None else np.asarray(self.free @ x[:-1])
+
+    def forces(self, f: Array) -> Array:
+        """On the motions that are allowed, from those on the unknowns."""
+        return f if self.free is None else np.asarray(self.free.T @ f)
+
+    def apply(self, x: Array) -> Array:
+        forces = self.forces(self.tangent @ self.moved(x))
+        return np.append(forces - x[-1] * self.load, self.row @ x[:-1] + self.corner * x[-1])
+
+
 @dataclass
 class _Reused:
     """The factorization of an earlier iteration.
 
     Attributes
     ----------
-    size : of its system
+    border : of its system
     made : how many factorizations there have been
     """
 
-    size: int = 0
+    border: _Border | None = None
     solve: Solve | None = None
     made: int = 0
+
+    def takes(self, right: Array) -> bool:
+        """Whether it is there, and of this size."""
+        return self.solve is not None and self.border is not None and len(self.border.load) + 1 == len(right)
 
 
 @dataclass(frozen=True)
@@ -164,55 +204,69 @@ class _Bordered(ABC):
         return None
 
     def solve(
-        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+        self,
+        crack: Entries,
+        load: Array,
+        row: Array,
+        corner: float,
+        right: Array,
+        last: float,
+        free: Free = None,
+        forcing: float = INEXACT,
     ) -> Array:
-        n = len(right)
+        n, reused = len(right), self._reused
         if free is not None:
             load, row, right = free.T @ load, free.T @ row, free.T @ right
         unit = self._unit(crack, row)
         row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
-
-        tangent = sp.csr_array((crack[2], crack[:2]), shape=(n, n))
-
-        def forces(x: Array) -> Array:
-            v = x[:-1] if free is None else free @ x[:-1]
-            force = self.apply(v) + tangent @ v
-            return np.asarray(force if free is None else free.T @ force)
-
-        def bordered(x: Array) -> Array:
-            return np.append(forces(x) - x[-1] * load, row @ x[:-1] + corner * x[-1])
-
         x = None
-        if self._reused.solve is not None and self._reused.size == len(right) and self._worth() >= FEWEST:
-            x = self._iterate(self._reused.solve, forces, bordered, right)
+        if self._worth() >= FEWEST:
+            border = _Border(sp.csr_array((crack[2], crack[:2]), shape=(n, n)), load, row, corner, free)
+            if reused.takes(right):
+                x = self._iterate(border, right, forcing)
+            if x is None:
+                reused.solve = None  # first, so that no memory is needed for two
+                reused.solve, reused.border = self._rough(crack, load, row, corner, free), border
+                x = self._iterate(border, right, _EXACT) if reused.takes(right) else None
+                reused.made += reused.solve is not None
         if x is None:
-            self._reused.solve = None  # first, so that no memory is needed for two
-            self._reused.size, self._reused.made = len(right), self._reused.made + 1
-            rough = self._rough(crack, load, row, corner, free) if self._worth() >= FEWEST else None
-            if rough is not None and (x := self._iterate(rough, forces, bordered, right, _EXACT)) is not None:
-                self._reused.solve = rough
-        if x is None:
-            self._reused.solve = self._factor(crack, load, row, corner, free)
-            x = self._reused.solve(right)
+            reused.solve = None
+            reused.solve, reused.made = self._factor(crack, load, row, corner, free), reused.made + 1
+            x = reused.solve(right)
         return x if free is None else np.append(free @ x[:-1], x[-1])
 
-    def _iterate(
-        self, reused: Solve, forces: Solve, bordered: Solve, right: Array, tolerance: float = _INEXACT
-    ) -> Array | None:
-        """The solution by means of another factorization; None if that takes too long."""
-        n, most = len(right), self._worth()
-        # preconditioned from the right, so that the residual is that of the system
-        system = spla.LinearOperator((n, n), lambda y: bordered(reused(y)), dtype=float)
-        x = reused(right)
+    def _iterate(self, border: _Border, right: Array, tolerance: float) -> Array | None:
+        """The solution by means of the factorization that there is; None if that takes too long.
+
+        It is preconditioned from the right, so that the residual is that of the system. The factored system differs from
+        this one by the borders alone: the product of this system with a solution y of that one is the right-hand side of y
+        and the difference of the borders times y. What rounding in single precision leaves is for the next call.
+        """
+        then, solve, most, used = self._reused.border, self._reused.solve, self._worth(), 0
+        assert then is not None and solve is not None
+
+        def product(y: Array) -> Array:
+            nonlocal used
+            used += 1
+            z = solve(y)
+            return y + border.apply(z) - then.apply(z)
+
+        system = spla.LinearOperator((len(right),) * 2, product, dtype=float)
+        x, before = solve(right), np.inf
         for _ in range(_CALLS):  # a guess that is far off has large forces, beside which much is small
-            left = right - bordered(x)
-            enough = tolerance * max(float(np.linalg.norm(right[:-1])), float(np.linalg.norm(forces(x))))
-            if np.linalg.norm(left) <= enough:
+            have = border.apply(x)
+            have[:-1] += border.forces(self.apply(border.moved(x)))
+            left = right - have
+            enough = tolerance * float(max(np.linalg.norm(right[:-1]), np.linalg.norm(have[:-1] + x[-1] * border.load)))
+            size = float(np.linalg.norm(left))
+            if size <= enough:
+                if used > most:  # the next one is better off with its own
+                    self._reused.solve = None
                 return x
-            y, failed = spla.gmres(system, left, rtol=_INNER, atol=enough, restart=most, maxiter=1)
-            if failed:
+            if not size < _PROGRESS * before or used >= 2 * most:
                 return None
-            x += reused(y)
+            y, _ = spla.gmres(system, left, rtol=_INNER, atol=0.5 * enough, restart=2 * most - used, maxiter=1)
+            x, before = x + solve(y), size
         return None
 
 
@@ -232,14 +286,18 @@ class DenseStiffness(_Bordered):
         return np.asarray(blas.dsymv(1.0, by_columns, v, lower=1))  # which reads half of the matrix
 
     def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
-        lu, pivots, info = lapack.dgetrf(self._system(crack, load, row, corner, free, np.float64), overwrite_a=True)
+        A = self._system(crack, load, row, corner, free, np.float64)
+        with threads_for(len(A)):
+            lu, pivots, info = lapack.dgetrf(A, overwrite_a=True)
         if info:
             raise NotConverged("the tangent stiffness is singular")
         return lambda right: np.asarray(lapack.dgetrs(lu, pivots, right)[0])
 
     def _rough(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve | None:
         """In single precision, which takes half the memory, and less than half the time of a factorization and of a solve."""
-        lu, pivots, info = lapack.sgetrf(self._system(crack, load, row, corner, free, np.float32), overwrite_a=True)
+        A = self._system(crack, load, row, corner, free, np.float32)
+        with threads_for(len(A)):
+            lu, pivots, info = lapack.sgetrf(A, overwrite_a=True)
         if info:
             return None
 

@@ -10,15 +10,19 @@ import scipy.sparse as sp
 from scipy.linalg import blas, lapack
 
 from ..arrays import Array, Index
+from .threads import threads_for
 
 #: a pivot below this part of the stiffness that it began with is rounding: the body can move without a force
 _SMALLEST_PIVOT = 1e-11
 
-#: rows that are mirrored at once
-BLOCK = 256
+#: rows or columns that are worked on at once
+BLOCK = 64
 
-#: Schur complements with fewer numbers are added number by number, others by runs of rows
-_SMALL = 40_000
+#: frontal matrices with fewer numbers are assembled as one
+SMALL = 40_000
+
+#: numbers of a rectangle that are added as fast by slices as one by one, in chunks of so many that they stay in the cache
+LONG, CHUNK = 2_500, 16_384
 
 NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
 
@@ -88,12 +92,13 @@ class _Eliminated:
             If a pivot is not positive.
         """
         before = own.diagonal().copy()
-        pivots, info = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
-        if info or (pivots.diagonal() ** 2 < _SMALLEST_PIVOT * before).any():
-            raise ValueError(NOT_HELD)
-        if len(below):
-            below = blas.dtrsm(1.0, pivots, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-            rest = blas.dsyrk(-1.0, below, beta=1.0, c=rest, lower=1, overwrite_c=1)
+        with threads_for(len(own) + len(below)):
+            pivots, info = lapack.dpotrf(own, lower=1, clean=0, overwrite_a=1)
+            if info or (pivots.diagonal() ** 2 < _SMALLEST_PIVOT * before).any():
+                raise ValueError(NOT_HELD)
+            if len(below):
+                below = blas.dtrsm(1.0, pivots, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+                rest = blas.dsyrk(-1.0, below, beta=1.0, c=rest, lower=1, overwrite_c=1)
         return cls(pivots, below), rest
 
     def solve(self, later: Array) -> Array:
@@ -137,14 +142,9 @@ class Condensed:
             If the passive part is singular: the body is not held.
         """
         eliminated, complement = _eliminate(K, tree)
-        half = np.asarray(basis.T @ _symmetric(complement).T)  # row by row, else the product would copy it
-        del complement
-        half = np.ascontiguousarray(half.T)
-        whole = np.asarray(basis.T @ half)
-        del half
         passive = np.setdiff1d(np.arange(basis.shape[1]), active)
-        blocks = [np.asfortranarray(whole[np.ix_(i, j)]) for i, j in ((passive, passive), (active, passive), (active, active))]
-        del whole
+        blocks = _expressed(_symmetric(complement), basis, passive, active)
+        del complement
         last, stiffness = _Eliminated.from_front(*blocks)
         return cls(_symmetric(stiffness), tree, eliminated, last, basis, passive, active)
 
@@ -163,14 +163,36 @@ class Condensed:
 _Update = tuple[Index, Array]
 
 
+class _Workspace:
+    """Memory of the last Schur complement that was taken up: to write to fresh memory takes ten times as long."""
+
+    def __init__(self) -> None:
+        self._buffer: Array = np.empty(0)
+
+    def zeros(self, n: int) -> Array:
+        """(n, n) array, in the memory there is if it suffices and is not much too large."""
+        if not n * n <= self._buffer.size <= 2 * n * n:
+            return np.zeros(n * n).reshape(n, n)
+        part, self._buffer = self._buffer[: n * n].reshape(n, n), np.empty(0)
+        part[:] = 0.0
+        return part
+
+    def take_back(self, part: Array) -> None:
+        """Memory of an array that nothing else refers to, if it is more than there is."""
+        while isinstance(part.base, np.ndarray):
+            part = part.base
+        if part.size > self._buffer.size:
+            self._buffer = part.reshape(-1)
+
+
 def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], Array]:
     """Eliminate group by group; the rows of the factor, and the lower triangle of the Schur complement of all groups."""
     first = int(tree.start[-1])
     complement = K[first:, first:].toarray(order="F")
     waiting: list[list[_Update]] = [[] for _ in tree.borders]
-    eliminated = []
+    eliminated, workspace = [], _Workspace()
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
-        frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g])
+        frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], workspace)
         waiting[g] = []
         done, rest = _Eliminated.from_front(*frontal)
         del frontal
@@ -178,30 +200,84 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
         if parent >= 0:
             waiting[parent].append((border, rest))
         elif len(border):
-            complement[(border - first)[:, None], border - first] += rest
+            _add(complement.T, border - first, border - first, rest.T)
     return eliminated, complement
 
 
-def _frontal(K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update]) -> tuple[Array, Array, Array]:
+def _frontal(
+    K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update], workspace: _Workspace
+) -> tuple[Array, Array, Array]:
     """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K and the Schur
     complements of earlier groups, which are taken out of the list to save memory."""
     k, n = b - a, b - a + len(border)
-    front = np.zeros((n, n))  # transposed: the upper triangle counts
-    flat = front.reshape(-1)  # adding at a list of numbers in one row takes half the time of rows and columns
     entries = slice(K.indptr[a], K.indptr[b])
     rows, columns = K.indices[entries], np.repeat(np.arange(k), np.diff(K.indptr[a : b + 1]))
-    flat[columns * n + np.where(rows < b, rows - a, k + np.searchsorted(border, rows))] = K.data[entries]
+    rows = np.where(rows < b, rows - a, k + np.searchsorted(border, rows))
+    # all blocks are transposed: their upper triangles count
+    if n * n < SMALL:
+        front = np.zeros((n, n))
+        front.reshape(-1)[columns * n + rows] = K.data[entries]
+        while updates:
+            unknowns, lower = updates.pop(0)
+            cut = int(np.searchsorted(unknowns, b))
+            at = np.concatenate([unknowns[:cut] - a, k + np.searchsorted(border, unknowns[cut:])])
+            _add_numbers(front, at, at, lower.T)
+        return front[:k, :k].copy().T, front[:k, k:].copy().T, front[k:, k:].copy().T
+    own, below, rest = np.zeros((k, k)), np.zeros((k, n - k)), workspace.zeros(n - k)
+    inner = rows < k
+    own[columns[inner], rows[inner]] = K.data[entries][inner]
+    below[columns[~inner], rows[~inner] - k] = K.data[entries][~inner]
     while updates:
-        unknowns, part = updates.pop(0)
-        cut = int(np.searchsorted(unknowns, b))
-        at = np.concatenate([unknowns[:cut] - a, k + np.searchsorted(border, unknowns[cut:])])
-        if part.size < _SMALL:
-            flat[(at[:, None] * n + at).ravel()] += part.T.reshape(-1)
-            continue
-        ends = [0, *(np.flatnonzero(np.diff(at) != 1) + 1).tolist(), len(at)]
-        for first, end in pairwise(ends):  # a run of unknowns without a gap
-            front[at[:end], at[first] : at[first] + end - first] += part.T[:end, first:end]
-    return front[:k, :k].copy().T, front[:k, k:].copy().T, front[k:, k:].copy().T
+        unknowns, lower = updates.pop(0)
+        cut, part = int(np.searchsorted(unknowns, b)), lower.T
+        first, later = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
+        _add(own, first, first, part[:cut, :cut])
+        _add(below, first, later, part[:cut, cut:])
+        _add(rest, later, later, part[cut:, cut:])
+        workspace.take_back(part)
+    return own.T, below.T, rest.T
+
+
+def _add(to: Array, rows: Index, columns: Index, part: Array) -> None:
+    """Add to these rows and columns of a matrix by rows; if rows and columns are the same, the upper triangle counts."""
+    triangle = columns is rows
+    across, down = _runs(columns), _runs(rows)
+    if part.size > LONG * len(across) * len(down):
+        for a, b in down:
+            for c, d in across:
+                if not triangle or c >= a:
+                    to[rows[a] : rows[a] + b - a, columns[c] : columns[c] + d - c] += part[a:b, c:d]
+        return
+    step = max(1, CHUNK // max(1, len(columns)))
+    for a in range(0, len(rows), step):
+        first = a if triangle else 0
+        _add_numbers(to, rows[a : a + step], columns[first:], part[a : a + step, first:])
+
+
+def _add_numbers(to: Array, rows: Index, columns: Index, part: Array) -> None:
+    """The same number by number, as a list of numbers in one row, which takes half the time of rows and columns."""
+    to.reshape(-1)[(rows[:, None] * to.shape[1] + columns).ravel()] += part.reshape(-1)
+
+
+def _runs(numbers: Index) -> list[tuple[int, int]]:
+    """Where each run of ascending numbers without a gap begins and ends."""
+    ends = [0, *(np.flatnonzero(np.diff(numbers) != 1) + 1).tolist(), len(numbers)]
+    return list(pairwise(ends))
+
+
+def _expressed(S: Array, basis: sp.csr_array, passive: Index, active: Index) -> tuple[Array, Array, Array]:
+    """The blocks [[own, .], [below, rest]] of the passive and the active unknowns of basis.T @ S @ basis, S being symmetric
+    and by columns."""
+    basis, n, m = basis.tocsc()[:, np.append(passive, active)], len(passive), len(active)
+    own, below, rest = np.empty((n, n), order="F"), np.empty((m, n), order="F"), np.empty((m, m), order="F")
+    for first in range(0, n + m, BLOCK):
+        end = min(first + BLOCK, n + m)
+        half = np.ascontiguousarray((basis[:, first:end].T @ S.T).T)  # S.T by rows, else the product would copy it
+        columns = basis.T @ half
+        k = max(min(n, end) - first, 0)
+        own[:, first : first + k], below[:, first : first + k] = columns[:n, :k], columns[n:, :k]
+        rest[:, first + k - n : end - n] = columns[n:, k:]
+    return own, below, rest
 
 
 def _symmetric(lower: Array) -> Array:

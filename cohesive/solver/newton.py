@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..algebra.bordered import INEXACT
 from ..arrays import Array
 from ..errors import NoContact, NotConverged, PointFailure
 from .controls import Control, control_of
@@ -23,6 +24,10 @@ ROUNDING = 1e-6
 
 #: correction of a motion that no force resists, if the residual has been rounding twice running
 _FREE = 1e-3
+
+#: residual that a step may leave, relative to its forces: this part of the error before it, and at most; what Newton's method
+#: leaves by itself is a larger part
+_FORCING, _MOST_FORCING = 1e-2, 1e-4
 
 #: the line search wants the residual to fall by this part of the step length, and gives up below that length
 DECREASE, SMALLEST_LENGTH = 1e-4, 1e-3
@@ -169,9 +174,10 @@ class _Equations:
     def correction(self, now: Iterate) -> Array:
         """Newton's step from an iterate: changes of the unknowns and of the load, (n + 1,)."""
         problem = self.problem
-        entries = problem.entries(now.tangent)
+        entries, missed = problem.entries(now.tangent), -now.gap * self.reach
+        forcing = min(max(_FORCING * now.merit(now.scale), INEXACT), _MOST_FORCING)
         step = problem.stiffness.solve(
-            entries, problem.drive, now.row, now.corner, -now.residual, -now.gap * self.reach, problem.free
+            entries, problem.drive, now.row, now.corner, -now.residual, missed, problem.free, forcing
         )
         if not np.isfinite(step).all():
             raise NotConverged("the tangent stiffness is singular")

@@ -11,6 +11,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
 
+from ..algebra import threads
 from ..errors import NotConverged, SceneError
 from ..results.result import Result
 from ..scenes.scene import Scene
@@ -61,16 +62,13 @@ def run_all(scenes: Iterable[Scene], executor: Executor | None = None) -> Iterat
 def processes() -> Iterator[Executor]:
     """An executor with one process for each core, each task in a process of its own; what has not begun when it is left is
     cancelled."""
-    pool = ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"), max_tasks_per_child=1)
+    pool = ProcessPoolExecutor(
+        threads.cores(), multiprocessing.get_context("spawn"), initializer=_with_one_thread, max_tasks_per_child=1
+    )
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager
@@ -86,7 +84,7 @@ def workers(count: int) -> Iterator[Executor]:
     if script is not None and script is not sys.modules["__main__"]:
         raise SystemExit(1)  # the first process tells
     before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_leave_interruption)
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_be_one_of_many)
     try:
         yield pool
     except BaseException as error:
@@ -99,8 +97,14 @@ def workers(count: int) -> Iterator[Executor]:
     pool.shutdown()
 
 
-def _leave_interruption() -> None:
+def _with_one_thread() -> None:
+    """The other cores have processes of their own."""
+    os.environ[threads.VARIABLE] = "1"
+
+
+def _be_one_of_many() -> None:
     """Ctrl-C reaches all processes of a terminal: what becomes of the runs is for the first one to say."""
+    _with_one_thread()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -123,7 +127,9 @@ def dask_executor(address: str) -> Iterator[Executor]:
         ) from None
     if address == "local":
         with (
-            LocalCluster(os.cpu_count(), threads_per_worker=1, dashboard_address=None) as cluster,
+            LocalCluster(
+                threads.cores(), threads_per_worker=1, dashboard_address=None, env={threads.VARIABLE: "1"}
+            ) as cluster,
             Client(cluster) as client,
         ):
             yield client.get_executor(pure=False)

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from meshing.errors import MeshError
 
+from ..algebra.threads import cores
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.prepared import Prepared, is_kept, prepare
 from ..results.files import make_folder, write_file, write_text
 from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import run
-from .pool import cores
 from .pool import workers as processes
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ import scipy.sparse as sp
 
 from ...arrays import Array, Index
 from ...errors import NotConverged, SceneError
-from ..bordered import Entries, Free
+from ..bordered import INEXACT, Entries, Free
 from ..choice import Bulk, Condensation, Recovery
 from .layout import Layout
 from .ranks import rank_and_size
@@ -89,8 +89,17 @@ class PetscStiffness:
         self._layout = None
 
     def solve(
-        self, crack: Entries, load: Array, row: Array, corner: float, right: Array, last: float, free: Free = None
+        self,
+        crack: Entries,
+        load: Array,
+        row: Array,
+        corner: float,
+        right: Array,
+        last: float,
+        free: Free = None,
+        forcing: float = INEXACT,
     ) -> Array:
+        """As every `Stiffness` does, with a residual below any forcing."""
         rows, columns, values = crack
         layout = self._layout
         if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, free):
