@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..arrays import Array, Index, Mask
@@ -28,11 +26,14 @@ _DECREASE = 1e-4
 _LENGTHS = 0.5 ** np.arange(1, 8)
 
 
-class Group:
-    """The points with the same number m of crack planes, and their local iteration.
+class LocalIteration:
+    """The points that have crack planes, and their local iteration: all of them at once, each with its own number of planes.
 
     `frozen` leaves the damage as it was committed, see `CrackPlane.update`. In the local iteration that holds for its first
     evaluation only: the first direction is then the elastic one, the iterates that follow may damage.
+
+    Arrays over the planes of a point have room for m planes, as many as a point has at most; what is beyond the number of
+    planes of a point is 0.
 
     Parameters
     ----------
@@ -40,123 +41,184 @@ class Group:
     D : (k, k) array, MPa, elasticity.
     compliance : (d,) array, 1/MPa, diagonal of C.
     cracks : CrackPlanes of all points, as committed.
-    planes : (g, m) array, their numbers in that list, a row for each of the g points.
-    strain : (g, k) array, to which the points are led.
+    strain : (p, k) array, to which the points are led.
+
+    Attributes
+    ----------
+    points : (g,) array, the points that have planes
+    planes : (c,) array, the planes of the first of them, of the second, and so on
     """
 
-    def __init__(
-        self, plane: CrackPlane, D: Array, compliance: Array, cracks: CrackPlanes, planes: Index, strain: Array
-    ) -> None:
-        self.plane, self.D, self.strain = plane, D, strain
-        g, m = planes.shape
-        flat = planes.ravel()
-        d = cracks.strain.shape[1]
+    def __init__(self, plane: CrackPlane, D: Array, compliance: Array, cracks: CrackPlanes, strain: Array) -> None:
+        self.points, of, self.count = np.unique(cracks.point, return_inverse=True, return_counts=True)
+        self.planes = np.argsort(of, kind="stable")
+        self.plane, self.D, self.strain = plane, D, strain[self.points]
+        g, m, d = len(self.points), int(self.count.max(initial=0)), cracks.strain.shape[1]
         self.shape = (g, m, d)
-        self.length = cracks.length[flat]
-        self.N = stress_transformation(cracks.rotation[flat]).reshape(g, m * d, -1)
+        self.has = np.arange(m) < self.count[:, None]  # (g, m), whether a point has such a plane
+        self.length = self._on_points(cracks.length)
+        self.N = self._on_points(stress_transformation(cracks.rotation)).reshape(g, m * d, -1)
         self.ND = self.N @ D
         self.P = self.ND @ self.N.transpose(0, 2, 1)
         self.C = np.tile(compliance, m)
-        self.Z0 = cracks.Z[flat]
-        self.e0 = cracks.strain[planes].reshape(g, m * d)
+        self.Z0 = self._on_points(cracks.Z)
+        self.e0 = self._on_points(cracks.strain).reshape(g, m * d)
+        self.slope0 = self._on_points(cracks.slope).reshape(g, m * d, -1)
+        self.has_slopes = (self._on_points(cracks.slope.any(axis=(1, 2)).astype(float)) == self.has).all(axis=1)
         self.scale = TOL * plane.concrete.ft
-        self.e = self.e0.copy()  # what `solve` finds
+        self.e = self.e0.copy()  # what `solve` finds, and what there is then
+        self._found: list[Array] = []
+        self._is_frozen = np.zeros(g, dtype=bool)
 
-    def _at(self, e: Array, strain: Array, rows: Index, frozen: bool = False) -> tuple[Array, Array, Array, Array, Array]:
-        """Stress error (41), T, tractions, history and stress of some points of the group."""
+    def _on_points(self, values: Array) -> Array:
+        """(g, m, ...) array, from one number or more for each plane."""
+        result: Array = np.zeros((*self.has.shape, *values.shape[1:]))
+        result[self.has] = values[self.planes]
+        return result
+
+    def on_planes(self, values: Array) -> Array:
+        """(c, ...) array, in the order of `planes`, from a (g, m, ...) array."""
+        return np.asarray(values[self.has])
+
+    def _at(self, e: Array, strain: Array, rows: Index, frozen: bool = False) -> list[Array]:
+        """Stress error (41), T, tractions, history and stress of some points."""
         _, m, d = self.shape
-        flat = (rows[:, None] * m + np.arange(m)).ravel()
-        law = self.plane.with_width(self.length[flat])
-        jump = e.reshape(-1, d) * self.length[flat, None]
-        traction, tangent, Z = law.update(jump, self.Z0[flat], frozen)
-        tangent *= self.length[flat, None, None]
-        s = traction.reshape(len(rows), m * d)
-        T = np.zeros((len(rows), m * d, m * d))
-        for i in range(m):
-            T[:, i * d : (i + 1) * d, i * d : (i + 1) * d] = tangent.reshape(len(rows), m, d, d)[:, i]
+        has = self.has[rows]
+        length = self.length[rows][has]
+        law = self.plane.with_width(length)
+        on_planes = law.update(e.reshape(-1, m, d)[has] * length[:, None], self.Z0[rows][has], frozen)
+        s, T, Z = np.zeros((len(rows), m * d)), np.zeros((len(rows), m * d, m * d)), np.zeros((len(rows), m))
+        s.reshape(-1, m, d)[has], Z[has] = on_planes[0], on_planes[2]
+        row, i = np.nonzero(has)
+        T.reshape(-1, m, d, m, d)[row, i, :, i] = on_planes[1] * length[:, None, None]
         fracture = e - self.C * s
         stress = (strain - np.einsum("gak,ga->gk", self.N[rows], fracture)) @ self.D.T
-        return np.einsum("gak,gk->ga", self.N[rows], stress) - s, T, s, Z, stress
+        return [np.einsum("gak,gk->ga", self.N[rows], stress) - s, T, s, Z, stress]
 
     def _matrix(self, T: Array, rows: Index) -> Array:
         """M = T + N De N^T (I - C T)."""
         return np.asarray(T + self.P[rows] - self.P[rows] @ (self.C[:, None] * T))
 
-    def _newton(self, e: Array, strain: Array, rows: Index, frozen: bool) -> tuple[Array, Mask]:
+    def _solve(self, T: Array, right: Array, rows: Index) -> Array:
+        """Solutions of M x = right, (n, m d, b), on the planes that there are."""
+        M, result, d = self._matrix(T, rows), np.zeros_like(right), self.shape[2]
+        count = self.count[rows]
+        for m in range(1, self.shape[1] + 1):
+            at, size = np.flatnonzero(count == m), m * d
+            if at.size:
+                result[at, :size] = _least_norm(M[at, :size, :size], right[at, :size])
+        return result
+
+    def _newton(
+        self, e: Array, strain: Array, rows: Index, frozen: bool, change: Array | None = None
+    ) -> tuple[Array, Mask, list[Array], Mask]:
         """Local iteration of Box 1 from the local strains `e` of some points, with a line search; the history stays what it
-        was. Local strains, and whether they solve their point on the branch that begins elastic."""
-        e = e.copy()
+        was.
+
+        Parameters
+        ----------
+        change : (n, k) array, of the strains from the committed ones, if `e` are the committed local strains: stress error and
+            first step then follow from the committed slopes, if all planes of a point have one.
+
+        Returns
+        -------
+        e : local strains
+        done : whether they solve their point on the branch that begins elastic
+        found, is_frozen : what `_at` finds there, and whether frozen
+        """
+        e, (_, m, d), n = e.copy(), self.shape, len(rows)
         floor = 8 * np.finfo(float).eps * float(abs(self.D).max())
-        error, T, *_ = self._at(e, strain, rows, frozen)
+        shapes = (m * d,), (m * d, m * d), (m * d,), (m,), strain.shape[1:]
+        found = [np.zeros((n, *shape)) for shape in shapes]
+        error, T, is_frozen = found[0], found[1], np.full(n, frozen)
+        first = np.zeros(n, dtype=bool)
+        if change is not None:
+            error[:] = np.einsum("gak,gk->ga", self.ND[rows], change)
+            first = self.has_slopes[rows] & (abs(error).max(axis=1) > np.maximum(self.scale, floor * abs(e).max(axis=1)))
+
+        def keep(at: Index, strains: Array, new: list[Array], which: Mask | slice) -> None:
+            e[at] = strains[which]
+            for old, one in zip(found, new, strict=True):
+                old[at] = one[which]
+
+        others = np.flatnonzero(~first)
+        if others.size:
+            keep(others, e[others], self._at(e[others], strain[others], rows[others], frozen), slice(None))
         for _ in range(MAX_ITERATIONS):
             done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
             left = np.flatnonzero(~done)
             if not left.size:
                 break
-            at = rows[left]
-            step = _least_norm(self._matrix(T[left], at), error[left, :, None])[:, :, 0]
-            start, norm = e[left], np.linalg.norm(error[left], axis=1)
-            e[left] += step
-            error[left], T[left], *_ = self._at(e[left], strain[left], at)
+            at, start = rows[left], e[left]
+            step, to_solve = np.empty_like(start), ~first[left]
+            if change is not None and first.any():
+                step[~to_solve] = np.einsum("gak,gk->ga", self.slope0[rows[first]], change[first])
+                first[:] = False
+            step[to_solve] = self._solve(T[left[to_solve]], error[left[to_solve], :, None], at[to_solve])[:, :, 0]
+            norm = np.linalg.norm(error[left], axis=1)
+            keep(left, start + step, self._at(start + step, strain[left], at), slice(None))
+            is_frozen[left] = False
             # if the full step raises the error the first shorter one is taken that does not, else the full one
             rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm))
             for length in _LENGTHS:
                 if not rising.size:
                     break
                 shorter = start[rising] + length * step[rising]
-                new_error, new_T, *_ = self._at(shorter, strain[left[rising]], at[rising])
-                better = np.linalg.norm(new_error, axis=1) < (1.0 - _DECREASE * length) * norm[rising]
-                found = left[rising[better]]
-                e[found], error[found], T[found] = shorter[better], new_error[better], new_T[better]
+                new = self._at(shorter, strain[left[rising]], at[rising])
+                better = np.linalg.norm(new[0], axis=1) < (1.0 - _DECREASE * length) * norm[rising]
+                keep(left[rising[better]], shorter, new, better)
                 rising = rising[~better]
         done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
-        if self.shape[1] == 1:  # elastic it is positive; beyond a fold it has changed its sign
-            done &= np.linalg.det(self._matrix(T, rows)) > 0
-        return e, done
+        # of one plane: elastic it is positive; beyond a fold it has changed its sign
+        single, d = np.flatnonzero(self.count[rows] == 1), self.shape[2]
+        done[single] &= np.linalg.det(self._matrix(T[single], rows[single])[:, :d, :d]) > 0
+        return e, done, found, is_frozen
 
     def solve(self, committed: Array, frozen: bool) -> Mask:
-        """Local strains at `strain`, from those at the strain `committed`. Whether each point has been solved."""
-        every = np.arange(self.shape[0])
+        """Local strains at `strain`, from those at the strain `committed`, (p, k). Whether each point has been solved."""
+        every, committed = np.arange(self.shape[0]), committed[self.points]
         solved = np.zeros(len(every), dtype=bool)
         for first_frozen in (frozen, not frozen):
             rows = every[~solved]
             if not rows.size:
                 break
-            e, ok = self._newton(self.e0[rows], self.strain[rows], rows, first_frozen)
-            self.e[rows[ok]] = e[ok]
+            change = None if first_frozen else self.strain[rows] - committed[rows]
+            e, ok, found, is_frozen = self._newton(self.e0[rows], self.strain[rows], rows, first_frozen, change)
+            self._keep(rows, e, found, is_frozen, ok)
             solved[rows[ok]] = True
         # led there from the committed strain, each point in steps of its own
         e, there, part = self.e0.copy(), np.zeros(len(every)), np.full(len(every), _FIRST_PART)
         while (rows := every[~solved & (part >= _SMALLEST_PART)]).size:
             to = np.minimum(there[rows] + part[rows], 1.0)
             strain = committed[rows] + to[:, None] * (self.strain[rows] - committed[rows])
-            found, ok = self._newton(e[rows], strain, rows, False)
-            e[rows[ok]], there[rows[ok]] = found[ok], to[ok]
+            new, ok, found, is_frozen = self._newton(e[rows], strain, rows, False)
+            e[rows[ok]], there[rows[ok]] = new[ok], to[ok]
             part[rows] *= np.where(ok, 2.0, 0.5)
+            self._keep(rows, new, found, is_frozen, ok & (to >= 1.0))
             solved |= there >= 1.0
-        led = there >= 1.0
-        self.e[led] = e[led]
         return solved
+
+    def _keep(self, rows: Index, e: Array, found: list[Array], is_frozen: Mask, ok: Mask) -> None:
+        """Keep the solutions of some points, and what there is at them."""
+        if not self._found:
+            self._found = [np.zeros((self.shape[0], *each.shape[1:])) for each in found]
+        at = rows[ok]
+        self.e[at], self._is_frozen[at] = e[ok], is_frozen[ok]
+        for old, new in zip(self._found, found, strict=True):
+            old[at] = new[ok]
 
     def respond(self, frozen: bool) -> tuple[Array, Array, Array, Array, Array]:
         """At the solution: stress, consistent tangent (37), tractions, history and de / deps."""
         g, m, d = self.shape
-        rows = np.arange(g)
-        _, T, s, Z, stress = self._at(self.e, self.strain, rows, frozen)
-        slope = _least_norm(self._matrix(T, rows), self.ND)
+        other = np.flatnonzero(self._is_frozen != frozen)
+        if other.size:
+            for old, new in zip(self._found, self._at(self.e[other], self.strain[other], other, frozen), strict=True):
+                old[other] = new
+        _, T, s, Z, stress = self._found
+        slope = self._solve(T, self.ND, np.arange(g))
         release = self.N.transpose(0, 2, 1) @ (slope - self.C[:, None] * (T @ slope))
         tangent = self.D - self.D @ release
-        return stress, tangent, s.reshape(g, m, d), Z.reshape(g, m), slope.reshape(g, m, d, -1)
-
-
-def groups(point: Index) -> Iterator[tuple[Index, Index]]:
-    """Points with the same number m of planes, (g,), and the numbers of their planes, (g, m)."""
-    points, count = np.unique(point, return_counts=True)
-    order = np.argsort(point, kind="stable")
-    first = np.cumsum(count) - count
-    for m in np.unique(count).tolist():
-        at = np.flatnonzero(count == m)
-        yield points[at], order[first[at, None] + np.arange(m)]
+        return stress, tangent, s.reshape(g, m, d), Z, slope.reshape(g, m, d, -1)
 
 
 def _least_norm(M: Array, right: Array) -> Array:

@@ -26,7 +26,7 @@ from ..elements.rotations import rotations, stress_tensor, stress_transformation
 from ..errors import PointFailure
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
-from .band_iteration import Group, groups
+from .band_iteration import LocalIteration
 from .crack_planes import CrackPlanes
 
 #: planes due whose excess over ft is at least this part of the largest excess are formed together
@@ -113,20 +113,20 @@ class CrackBand:
         cracks = start.planes
         e, traction = cracks.strain.copy(), cracks.traction.copy()
         Z, slope = cracks.Z.copy(), cracks.slope.copy()
-        for points, planes in groups(cracks.point):
-            group = Group(self.plane, self.D, self.compliance, cracks, planes, deformation[points])
-            solved = group.solve(start.deformation[points], frozen)
-            failed = np.flatnonzero(~solved)
+        if len(cracks.point):
+            local = LocalIteration(self.plane, self.D, self.compliance, cracks, deformation)
+            failed = np.flatnonzero(~local.solve(start.deformation, frozen))
             if failed.size:
-                worst = int(points[failed[0]])
                 is_printed = self.concrete.contact == "printed"
                 folds = " (printed contact can fold as a band closes; material.contact = 'potential' cannot)" * is_printed
                 raise PointFailure(
                     f"the crack planes of {failed.size} point(s) have no solution that continues the last one{folds}; first",
-                    worst,
+                    int(local.points[failed[0]]),
                 )
-            stress[points], tangent[points], traction[planes], Z[planes], slope[planes] = group.respond(frozen)
-            e[planes] = group.e.reshape(traction[planes].shape)
+            points, planes = local.points, local.planes
+            stress[points], tangent[points], *found = local.respond(frozen)
+            traction[planes], Z[planes], slope[planes] = (local.on_planes(each) for each in found)
+            e[planes] = local.on_planes(local.e.reshape(local.shape))
         return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
 
     def nucleate(self, start: BandState, state: BandState) -> BandState | None:
@@ -156,11 +156,13 @@ class CrackBand:
         points = np.flatnonzero(excess >= _WORST * excess.max())
         rotation = rotations(normal[points, which[points]])
         # inert in the committed state: its strain there is elastic
-        traction = np.einsum("ndk,nk->nd", stress_transformation(rotation), start.stress[points])
+        N = stress_transformation(rotation)
+        traction = np.einsum("ndk,nk->nd", N, start.stress[points])
         strain = self.compliance * traction
         length = longest_chord(self.corners[points], rotation[:, 0])
         old = start.planes
-        slope = np.zeros((len(points), *old.slope.shape[1:]))
+        # elastic at a point without others, whose slopes it would depend on
+        slope = np.where((count[points] == 0)[:, None, None], self.compliance[:, None] * (N @ self.D), 0.0)
         fresh = (points, rotation, length, strain, traction, self.plane.with_width(length).Zt, slope)
         names = ("point", "rotation", "length", "strain", "traction", "Z", "slope")
         grown = {name: np.concatenate([getattr(old, name), new]) for name, new in zip(names, fresh, strict=True)}
