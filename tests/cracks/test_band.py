@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from dataclasses import replace
 from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from cohesive import CrackPlane
 from cohesive.arrays import Array
 from cohesive.cracks.band_points import BandState
 from cohesive.cracks.crack_planes import CrackPlanes
-from cohesive.elements.rotations import stress_tensor
+from cohesive.elements.rotations import PAIRS, stress_tensor
 from cohesive.errors import PointFailure
 from tests.cracks.bands import (
     CONCRETE,
@@ -297,3 +298,35 @@ def test_a_plane_beyond_a_fold_is_not_followed() -> None:
     assert np.linalg.norm(law.update(open_.deformation, open_)[0].stress - open_.stress) < 1e-9 * FT
     with pytest.raises(PointFailure):
         law.update(shut.deformation, shut)
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_committed_slopes_save_an_evaluation_and_change_no_state(space: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of points without a plane, with one and with two; without slopes every point is evaluated where it was committed."""
+    d = dimension(space)
+    law = band(space=space, turns=np.repeat(TURNS[space][:1], 3, axis=0))
+    opened, both = np.zeros(len(PAIRS[d])), np.zeros(len(PAIRS[d]))
+    opened[0], both[0], both[1] = 30 * YIELD, 30 * YIELD, 20 * YIELD
+    start = follow(law, law.initial(), np.stack([0.01 * opened, opened, opened]), np.stack([0.01 * opened, opened, both]))
+    assert np.bincount(start.planes.point, minlength=3).tolist() == [0, 1, 2]
+    without = replace(start, planes=replace(start.planes, slope=np.zeros_like(start.planes.slope)))
+    step = start.deformation * [[1.0], [1.3], [1.2]]
+    calls = 0
+    evaluate = CrackPlane.update
+
+    def counted(self: CrackPlane, *given: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        nonlocal calls
+        calls += 1
+        return evaluate(self, *given)
+
+    monkeypatch.setattr(CrackPlane, "update", counted)
+    state, tangent = law.update(step, start)
+    with_slopes, calls = calls, 0
+    other, other_tangent = law.update(step, without)
+    assert calls == with_slopes + 1
+    # both solve their points to 1e-11 ft
+    np.testing.assert_allclose(state.stress, other.stress, atol=1e-9 * FT)
+    np.testing.assert_allclose(tangent, other_tangent, atol=1e-8 * abs(law.D).max())
+    calls = 0
+    law.update(start.deformation, start)  # where it stands a point is evaluated once
+    assert calls == 1
