@@ -31,12 +31,14 @@ _PATIENCE = 5.0
 def main() -> int:
     """Run the command line; returns the exit status."""
     from .algebra import threads
+    from .errors import SceneError
 
     # most matrices are small: more threads gain nothing, and on a busy machine they wait for each other
-    if threads.BLAS_VARIABLE not in os.environ:
-        if threads.VARIABLE not in os.environ:
-            os.environ[threads.VARIABLE] = str(threads.most_threads())
-        os.environ[threads.BLAS_VARIABLE] = "1"
+    try:
+        threads.begin_with_one()
+    except SceneError as error:
+        print(f"cohesive: {error}", file=sys.stderr)
+        return 2
     # imports make many objects and no garbage: looking for it takes a tenth of a short run
     gc.set_threshold(50_000)
     from .algebra.petsc.ranks import rank_and_size

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import os
 import resource
 import subprocess
 import sys
@@ -29,6 +28,7 @@ import scipy.sparse.linalg as spla
 
 from cohesive import Concrete, CrackPlane, Scene
 from cohesive.algebra.bordered import SparseStiffness
+from cohesive.algebra.threads import begin_with_one
 from cohesive.model.build import build
 from cohesive.solver.march import March
 from meshing import PlaneSpecimen, refinement
@@ -366,7 +366,7 @@ if __name__ == "__main__":
     parser.add_argument("--meshing", action="store_true", help="only meshes with and without division, to 1e6 unknowns")
     parser.add_argument("--command", action="store_true", help="only where the seconds of the command go")
     options = parser.parse_args()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command does
+    begin_with_one()  # as the command does
     if options.million:
         million()
     elif options.meshing:

@@ -10,12 +10,12 @@ hour in all), and the analyses are compared with that.
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections.abc import Mapping
 
 from cohesive import Scene
 from cohesive.algebra.bordered import DenseStiffness
+from cohesive.algebra.threads import begin_with_one
 from cohesive.model.build import build
 from cohesive.solver.march import March
 from examples.benchmark import Row, apart, elastic_solve, memory, table
@@ -107,5 +107,5 @@ def main(with_elastic: bool = False, sizes: Mapping[str, Size] = SIZES) -> dict[
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--elastic", action="store_true", help="also the elastic solve to compare with: 15 minutes, 12 GB")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command does
+    begin_with_one()  # as the command does
     main(parser.parse_args().elastic)

@@ -46,6 +46,19 @@ def most_threads() -> int:
     return cores()
 
 
+def begin_with_one() -> None:
+    """Before NumPy is loaded: let BLAS begin with one thread, unless its variable is set; large matrices take what is asked for.
+
+    Raises
+    ------
+    SceneError
+        As `most_threads` does.
+    """
+    most = str(most_threads())
+    if BLAS_VARIABLE not in os.environ:
+        os.environ[VARIABLE], os.environ[BLAS_VARIABLE] = most, "1"
+
+
 @contextmanager
 def threads_for(rows: int) -> Iterator[None]:
     """BLAS within this context, with as many threads as are worth it for a matrix of so many rows.

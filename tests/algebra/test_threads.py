@@ -77,6 +77,13 @@ def test_the_command_begins_with_one(given: dict[str, str], begun: str, large: s
     assert done.stdout.splitlines()[-1] == f"{begun} {large}", done.stderr
 
 
+def test_a_wrong_number_is_refused_at_once() -> None:
+    command = [sys.executable, "-m", "cohesive", "scenes"]
+    done = subprocess.run(command, env=os.environ | {VARIABLE: "many"}, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == f"cohesive: {VARIABLE} = 'many': expected a number of threads, 1 or more\n"
+
+
 def test_each_of_many_processes_takes_one() -> None:
     with processes() as pool:
         assert pool.submit(most_threads).result() == 1
