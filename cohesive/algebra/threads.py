@@ -47,7 +47,7 @@ def most_threads() -> int:
 
 
 def begin_with_one() -> None:
-    """Before NumPy is loaded: let BLAS begin with one thread, unless its variable is set; large matrices take what is asked for.
+    """Before NumPy is loaded: let BLAS begin with one thread, unless its variable is set; large matrices take more.
 
     Raises
     ------
