@@ -227,8 +227,9 @@ class _Bordered(ABC):
             if x is None:
                 reused.solve = None  # first, so that no memory is needed for two
                 reused.solve, reused.border = self._rough(crack, load, row, corner, free), border
-                x = self._iterate(border, right, _EXACT) if reused.takes(right) else None
-                reused.made += reused.solve is not None
+                if reused.takes(right):
+                    reused.made += 1
+                    x = self._iterate(border, right, _EXACT)
         if x is None:
             reused.solve = None
             reused.solve, reused.made = self._factor(crack, load, row, corner, free), reused.made + 1
