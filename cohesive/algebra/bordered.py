@@ -43,7 +43,7 @@ _CALLS, _PROGRESS = 6, 0.1
 FEWEST = 8
 
 #: rows of a dense matrix whose factorization is worth one more iteration
-DENSE_WORTH = 150
+DENSE_WORTH = 180
 
 
 class Stiffness(Protocol):

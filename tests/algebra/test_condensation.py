@@ -143,7 +143,7 @@ def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
 @pytest.mark.parametrize("control", ["motion", "measure", "load", "dissipation"])
 def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) -> None:
     """They solve the bordered system as well as its own factorization does, whatever controls it."""
-    n = 2000  # a dense matrix of so many rows is worth ten iterations
+    n = 2000  # a dense matrix of so many rows is worth eleven iterations
     K = sp.diags_array([np.full(n - 1, -1e3), np.full(n, 2e3 + 1.0), np.full(n - 1, -1e3)], offsets=[-1, 0, 1], format="csc")
     stiffness = DenseStiffness(K.toarray()) if kind == "dense" else SparseStiffness(K, np.arange(n), 30)
     load, rng, free = np.zeros(n), np.random.default_rng(5), sp.eye_array(n, format="csr")
