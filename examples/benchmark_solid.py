@@ -1,10 +1,10 @@
 """What a crack surface costs in three dimensions, as ratios in one run: `python -m examples.benchmark_solid [--elastic]`.
 
 The notched beam with about 1e5 unknowns and four crack surfaces, the largest of 1521 node pairs. Each is measured in a
-process of its own, three minutes in all: the parts of a whole softening analysis (40 steps), how many of its iterations
-needed a factorization of their own, and peak memory. With --elastic the same bodies are solved once, elastic, by one sparse
-factorization: by SuperLU in the order of the dissection, which in space is faster than its minimum degree (a quarter of an
-hour in all), and the analyses are compared with that.
+process of its own, three minutes in all, with the threads that the command takes: the parts of a whole softening analysis
+(40 steps), how many of its iterations needed a factorization of their own, and peak memory. With --elastic the same bodies
+are solved once, elastic, by one sparse factorization: by SuperLU in the order of the dissection, which in space is faster
+than its minimum degree (a quarter of an hour in all), and the analyses are compared with that.
 """
 
 from __future__ import annotations
