@@ -132,21 +132,18 @@ class LocalIteration:
         found = [np.zeros((n, *shape)) for shape in shapes]
         error, T, is_frozen = found[0], found[1], np.full(n, frozen)
         first = np.zeros(n, dtype=bool)
+
+        def is_solved() -> Mask:
+            return np.asarray(abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1)))
+
         if change is not None:
             error[:] = np.einsum("gak,gk->ga", self.ND[rows], change)
-            first = self.has_slopes[rows] & (abs(error).max(axis=1) > np.maximum(self.scale, floor * abs(e).max(axis=1)))
-
-        def keep(at: Index, strains: Array, new: list[Array], which: Mask | slice) -> None:
-            e[at] = strains[which]
-            for old, one in zip(found, new, strict=True):
-                old[at] = one[which]
-
+            first = self.has_slopes[rows] & ~is_solved()
         others = np.flatnonzero(~first)
         if others.size:
-            keep(others, e[others], self._at(e[others], strain[others], rows[others], frozen), slice(None))
+            _store(found, others, self._at(e[others], strain[others], rows[others], frozen))
         for _ in range(MAX_ITERATIONS):
-            done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
-            left = np.flatnonzero(~done)
+            left = np.flatnonzero(~is_solved())
             if not left.size:
                 break
             at, start = rows[left], e[left]
@@ -156,8 +153,8 @@ class LocalIteration:
                 first[:] = False
             step[to_solve] = self._solve(T[left[to_solve]], error[left[to_solve], :, None], at[to_solve])[:, :, 0]
             norm = np.linalg.norm(error[left], axis=1)
-            keep(left, start + step, self._at(start + step, strain[left], at), slice(None))
-            is_frozen[left] = False
+            e[left], is_frozen[left] = start + step, False
+            _store(found, left, self._at(e[left], strain[left], at))
             # if the full step raises the error the first shorter one is taken that does not, else the full one
             rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm))
             for length in _LENGTHS:
@@ -166,9 +163,11 @@ class LocalIteration:
                 shorter = start[rising] + length * step[rising]
                 new = self._at(shorter, strain[left[rising]], at[rising])
                 better = np.linalg.norm(new[0], axis=1) < (1.0 - _DECREASE * length) * norm[rising]
-                keep(left[rising[better]], shorter, new, better)
+                taken = left[rising[better]]
+                e[taken] = shorter[better]
+                _store(found, taken, [each[better] for each in new])
                 rising = rising[~better]
-        done = abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1))
+        done = is_solved()
         # of one plane: elastic it is positive; beyond a fold it has changed its sign
         single, d = np.flatnonzero(self.count[rows] == 1), self.shape[2]
         done[single] &= np.linalg.det(self._matrix(T[single], rows[single])[:, :d, :d]) > 0
@@ -204,21 +203,25 @@ class LocalIteration:
             self._found = [np.zeros((self.shape[0], *each.shape[1:])) for each in found]
         at = rows[ok]
         self.e[at], self._is_frozen[at] = e[ok], is_frozen[ok]
-        for old, new in zip(self._found, found, strict=True):
-            old[at] = new[ok]
+        _store(self._found, at, [each[ok] for each in found])
 
     def respond(self, frozen: bool) -> tuple[Array, Array, Array, Array, Array]:
         """At the solution: stress, consistent tangent (37), tractions, history and de / deps."""
         g, m, d = self.shape
         other = np.flatnonzero(self._is_frozen != frozen)
         if other.size:
-            for old, new in zip(self._found, self._at(self.e[other], self.strain[other], other, frozen), strict=True):
-                old[other] = new
+            _store(self._found, other, self._at(self.e[other], self.strain[other], other, frozen))
         _, T, s, Z, stress = self._found
         slope = self._solve(T, self.ND, np.arange(g))
         release = self.N.transpose(0, 2, 1) @ (slope - self.C[:, None] * (T @ slope))
         tangent = self.D - self.D @ release
         return stress, tangent, s.reshape(g, m, d), Z, slope.reshape(g, m, d, -1)
+
+
+def _store(kept: list[Array], at: Index, new: list[Array]) -> None:
+    """Write what `_at` finds at some points over what is kept of them."""
+    for old, one in zip(kept, new, strict=True):
+        old[at] = one
 
 
 def _least_norm(M: Array, right: Array) -> Array:
