@@ -34,16 +34,17 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Ind
     """
     m = len(points)
     centres = np.concatenate([points[block].mean(axis=1) for block in cells])
-    node, element = _incidence(cells, last)
+    node, element = _incidence(cells, last, m)
     levels = max(1, int(np.ceil(np.log2(points.size / _LEAF))))
     depth = np.zeros(m, dtype=np.int64)  # of the part that a separator divides, the whole being `levels`
     end = np.zeros(m, dtype=np.int64)  # where that part ends, counted in leaves
     depth[last], end[last] = levels + 1, 1 << levels
     part, top = _first_parts(node, element, len(centres), m)
-    grouped = np.argsort(part, kind="stable")  # the elements, part by part
+    orders = [_by_part(along.argsort(), part, levels) for along in centres.T]
     for level in range(top, levels):
         first = np.flatnonzero(np.r_[True, node[1:] != node[:-1]])
-        grouped = _halved(level, centres, grouped, part, element, first)
+        _halve(level, orders, part, element, first)
+        orders = [_by_part(order, part, levels) for order in orders]
         lowest, shared = _halves(part[element], first)
         separator = node[first][shared]
         depth[separator] = levels - level
@@ -55,14 +56,15 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Ind
     return group
 
 
-def _incidence(cells: Sequence[Index], last: Index) -> tuple[Index, Index]:
-    """Pairs of a node and an element around it, node by node, without the nodes `last`."""
-    node = np.concatenate([block.ravel() for block in cells])
-    sizes = np.concatenate([np.full(len(block), block.shape[1]) for block in cells])
-    element = np.repeat(np.arange(len(sizes)), sizes)
-    by_node = np.argsort(node, kind="stable")
-    by_node = by_node[~np.isin(node[by_node], last)]
-    return node[by_node], element[by_node]
+def _incidence(cells: Sequence[Index], last: Index, m: int) -> tuple[Index, Index]:
+    """Pairs of one of the m nodes and an element around it, node by node, without the nodes `last`."""
+    corners = np.concatenate([np.full(len(block), block.shape[1]) for block in cells])
+    nodes = np.concatenate([block.ravel() for block in cells])
+    start = np.append(0, np.cumsum(corners))
+    around = sp.csr_array((np.ones(len(nodes), dtype=bool), nodes, start), shape=(len(corners), m)).tocsc()
+    node = np.repeat(np.arange(m), np.diff(around.indptr))
+    keep = np.isin(node, last, invert=True)
+    return node[keep], around.indices[keep].astype(np.int64)
 
 
 def _first_parts(node: Index, element: Index, n: int, m: int) -> tuple[Index, int]:
@@ -75,38 +77,34 @@ def _first_parts(node: Index, element: Index, n: int, m: int) -> tuple[Index, in
     return part, 0
 
 
-def _halved(level: int, centres: Array, grouped: Index, part: Index, element: Index, first: Index) -> Index:
+def _by_part(order: Index, part: Index, levels: int) -> Index:
+    """The elements part by part, those of a part in the order that they had."""
+    short = part[order].astype(np.min_scalar_type(1 << levels))  # of up to 16 bits, which are sorted without comparing
+    return np.asarray(order[short.argsort(kind="stable")])
+
+
+def _halve(level: int, orders: list[Index], part: Index, element: Index, first: Index) -> None:
     """Halve all parts of a level, each along its best axis.
 
     Parameters
     ----------
-    grouped : (e,) array, the elements, part by part
+    orders : for each axis the e elements part by part, those of a part in their order along the axis
     part : (e,) array, of each element; those of the next level are written into it
     element : elements around the nodes that separate nothing yet, node by node
     first : where those of each node begin
-
-    Returns
-    -------
-    grouped : as before, in the order along the axis within each part
     """
     count = np.bincount(part, minlength=1 << level)
-    start = np.minimum(np.concatenate([[0], np.cumsum(count)[:-1]]), len(part) - 1)  # of an empty part any
-    of = part[grouped]
-    upper = np.arange(len(part)) - start[of] >= count[of] // 2
-    best, fewest = grouped, np.full(1 << level, len(element) + 1)
-    for axis in range(centres.shape[1]):
-        at = centres[grouped, axis]
-        low = np.minimum.reduceat(at, start)
-        extent = np.maximum.reduceat(at, start) - low
-        along = (at - low[of]) / (1.001 * extent[of] + 1e-300)  # below 1
-        ordered = grouped[np.argsort(of + along)]
-        part[ordered] = 2 * of + upper
+    of = np.repeat(np.arange(1 << level), count)
+    place = np.arange(len(part)) - (np.cumsum(count) - count)[of]
+    halved = 2 * of + (place >= count[of] // 2)
+    best, fewest = orders[0], np.full(1 << level, len(element) + 1)
+    for order in orders:
+        part[order] = halved
         lowest, shared = _halves(part[element], first)
         found = np.bincount(lowest[shared] >> 1, minlength=1 << level)
-        best = np.where((found < fewest)[of], ordered, best)
+        best = np.where((found < fewest)[of], order, best)
         fewest = np.minimum(found, fewest)
-    part[best] = 2 * of + upper
-    return best
+    part[best] = halved
 
 
 def _halves(part: Index, first: Index) -> tuple[Index, Mask]:
