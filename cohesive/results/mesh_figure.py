@@ -77,7 +77,7 @@ def _finish(axes: Axes, ratio: float) -> None:
         plain_legend(figure, axes, loc="outside right center", fontsize="small")
     else:
         columns = 3 if figure.get_figwidth() > 8.0 else 2
-        plain_legend(figure, axes, loc="outside lower center", ncols=columns, fontsize="small")
+        plain_legend(figure, axes, loc="outside lower center", ncols=columns, fontsize="small", borderaxespad=0.0)
 
 
 def _solid_figure(scene: Scene, mesh: CrackedMesh) -> Figure:
