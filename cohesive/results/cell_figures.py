@@ -34,12 +34,14 @@ def fill_cells(axes: Axes, corners: Array, values: Array) -> Collection:
             corners,  # type: ignore[arg-type]  # an array is drawn much faster than a list
             array=values, cmap="viridis", edgecolors="face", linewidths=0.3,
         )  # fmt: skip
+        polygons.set_in_layout(False)  # they lie within the axes, and a box around all of them takes a while to find
         axes.add_collection(polygons)
         return polygons
     halves = [corners[:, :3], *([corners[:, [0, 2, 3]]] if corners.shape[1] == 4 else [])]
     x, y = np.concatenate(halves).reshape(-1, 2).T
     mesh = Triangulation(x, y, np.arange(len(x)).reshape(-1, 3))
     triangles = TriMesh(mesh, array=np.repeat(np.tile(values, len(halves)), 3), cmap="viridis")
+    triangles.set_in_layout(False)
     axes.add_collection(triangles, autolim=False)
     return triangles
 
@@ -57,10 +59,11 @@ def outline_cells(axes: Axes, corners: Array, colour: str, linewidth: float, lab
             corners,  # type: ignore[arg-type]
             facecolors=colour, edgecolors="0.55", linewidths=linewidth, label=label,
         )  # fmt: skip
+        polygons.set_in_layout(False)
         axes.add_collection(polygons)
         return
     fill_cells(axes, corners, np.zeros(len(corners))).set_cmap(ListedColormap([colour]))
     outlines = np.full((len(corners), corners.shape[1] + 2, 2), np.nan)  # a line ends at nan
     outlines[:, :-2], outlines[:, -2] = corners, corners[:, 0]
-    axes.plot(*outlines.reshape(-1, 2).T, color="0.55", linewidth=linewidth)
+    axes.plot(*outlines.reshape(-1, 2).T, color="0.55", linewidth=linewidth, in_layout=False)
     axes.fill([], [], facecolor=colour, edgecolor="0.55", label=label)
