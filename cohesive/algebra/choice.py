@@ -191,11 +191,11 @@ class Part:
         faces = np.flatnonzero(np.isin(bulk.leader, bulk.leader[bulk.leader != np.arange(m)]))
         last = np.unique(np.concatenate([faces, *(block.cells.ravel() for block in bulk.cracking)]))
         transform, node, basis = bulk.unknowns.with_faces(faces, d)
-        group = nested_dissection(bulk.points, [block.cells for block in bulk.elastic], last)[node]
+        group, beside = (each[node] for each in nested_dissection(bulk.points, [block.cells for block in bulk.elastic], last))
         seen = np.zeros(basis.shape[1])
         seen[bulk.active] = 1.0
         group[(basis @ seen != 0) | (np.arange(len(node)) >= len(node) - d * len(faces))] = m
-        order, start = _grouped(group)
+        order, start = _grouped(group, beside)
         K = _lower(bulk.reduced(transform, -d * len(faces) - 1), order)
         left = order[start[-1] :]
         columns = np.unique(np.append(basis[left].indices, bulk.active))
@@ -248,9 +248,9 @@ class Whole:
     def from_bulk(cls, bulk: Bulk) -> Whole:
         unknowns = bulk.unknowns
         cells = [bulk.leader[block.cells] for block in (*bulk.elastic, *bulk.cracking)]
-        group = nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64))[unknowns.node]
+        group, beside = (each[unknowns.node] for each in nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64)))
         group[unknowns.rotations], group[unknowns.drives] = len(bulk.points), len(bulk.points) + 1
-        order, start = _grouped(group)
+        order, start = _grouped(group, beside)
         K = bulk.reduced(unknowns.transform)
         sees = abs(bulk.operator)
         tree = EliminationTree.from_pattern(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
@@ -272,9 +272,9 @@ class Whole:
         return Condensation("whole", stiffness, np.arange(len(self.order)), Recovery(self.transform, self.shape), why)
 
 
-def _grouped(group: Index) -> tuple[Index, Index]:
-    """Order of the unknowns by groups, and where each group starts."""
-    order = np.argsort(group, kind="stable")
+def _grouped(group: Index, beside: Index) -> tuple[Index, Index]:
+    """Order of the unknowns by groups, those of a group by the parts beside them, and where each group starts."""
+    order = np.lexsort((beside, group))
     return order, np.unique(group[order], return_index=True)[1].astype(np.int64)
 
 

@@ -164,25 +164,41 @@ _Update = tuple[Index, Array]
 
 
 class _Workspace:
-    """Memory of the last Schur complement that was taken up: to write to fresh memory takes ten times as long."""
+    """Memory of the Schur complements: of those that wait to be taken up, and of the one that is being made.
 
-    def __init__(self) -> None:
-        self._buffer: Array = np.empty(0)
+    It is used again and again: to write to fresh memory takes ten times as long.
+
+    Attributes
+    ----------
+    start : for each group where its Schur complement waits
+    """
+
+    def __init__(self, tree: EliminationTree) -> None:
+        sizes = [len(border) ** 2 for border in tree.borders]
+        self.start: list[int] = []
+        waiting: list[int] = []  # groups, in the order of their places; most are taken up from the end
+        for g in range(len(sizes)):
+            while waiting and tree.parents[waiting[-1]] <= g:
+                waiting.pop()
+            self.start.append(self.start[waiting[-1]] + sizes[waiting[-1]] if waiting else 0)
+            if tree.parents[g] >= 0:
+                waiting.append(g)
+        ends = (start + size for start, size, parent in zip(self.start, sizes, tree.parents, strict=True) if parent >= 0)
+        self._waiting = np.empty(max(ends, default=0))
+        self._made = np.empty(max(sizes, default=0))
 
     def zeros(self, n: int) -> Array:
-        """(n, n) array, in the memory there is if it suffices and is not much too large."""
-        if not n * n <= self._buffer.size <= 2 * n * n:
-            return np.zeros(n * n).reshape(n, n)
-        part, self._buffer = self._buffer[: n * n].reshape(n, n), np.empty(0)
+        """(n, n) array for the one that is being made."""
+        part = self._made[: n * n].reshape(n, n)
         part[:] = 0.0
         return part
 
-    def take_back(self, part: Array) -> None:
-        """Memory of an array that nothing else refers to, if it is more than there is."""
-        while isinstance(part.base, np.ndarray):
-            part = part.base
-        if part.size > self._buffer.size:
-            self._buffer = part.reshape(-1)
+    def keep(self, g: int, lower: Array) -> Array:
+        """A copy of the Schur complement of a group, that waits."""
+        n = len(lower)
+        kept = self._waiting[self.start[g] : self.start[g] + n * n].reshape(n, n)
+        kept[:] = lower.T
+        return kept.T
 
 
 def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], Array]:
@@ -190,15 +206,14 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
     first = int(tree.start[-1])
     complement = K[first:, first:].toarray(order="F")
     waiting: list[list[_Update]] = [[] for _ in tree.borders]
-    eliminated, workspace = [], _Workspace()
+    eliminated, workspace = [], _Workspace(tree)
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
         frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], workspace)
         waiting[g] = []
         done, rest = _Eliminated.from_front(*frontal)
-        del frontal
         eliminated.append(done)
         if parent >= 0:
-            waiting[parent].append((border, rest))
+            waiting[parent].append((border, workspace.keep(g, rest)))
         elif len(border):
             _add(complement.T, border - first, border - first, rest.T)
     return eliminated, complement
@@ -208,7 +223,7 @@ def _frontal(
     K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update], workspace: _Workspace
 ) -> tuple[Array, Array, Array]:
     """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K and the Schur
-    complements of earlier groups, which are taken out of the list to save memory."""
+    complements of earlier groups."""
     k, n = b - a, b - a + len(border)
     entries = slice(K.indptr[a], K.indptr[b])
     rows, columns = K.indices[entries], np.repeat(np.arange(k), np.diff(K.indptr[a : b + 1]))
@@ -217,8 +232,7 @@ def _frontal(
     if n * n < SMALL:
         front = np.zeros((n, n))
         front.reshape(-1)[columns * n + rows] = K.data[entries]
-        while updates:
-            unknowns, lower = updates.pop(0)
+        for unknowns, lower in updates:
             cut = int(np.searchsorted(unknowns, b))
             at = np.concatenate([unknowns[:cut] - a, k + np.searchsorted(border, unknowns[cut:])])
             _add_numbers(front, at, at, lower.T)
@@ -227,14 +241,12 @@ def _frontal(
     inner = rows < k
     own[columns[inner], rows[inner]] = K.data[entries][inner]
     below[columns[~inner], rows[~inner] - k] = K.data[entries][~inner]
-    while updates:
-        unknowns, lower = updates.pop(0)
+    for unknowns, lower in updates:
         cut, part = int(np.searchsorted(unknowns, b)), lower.T
         first, later = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
         _add(own, first, first, part[:cut, :cut])
         _add(below, first, later, part[:cut, cut:])
         _add(rest, later, later, part[cut:, cut:])
-        workspace.take_back(part)
     return own.T, below.T, rest.T
 
 

@@ -14,7 +14,7 @@ from ..arrays import Array, Index, Mask
 _LEAF = 200
 
 
-def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Index:
+def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> tuple[Index, Index]:
     """Groups of nodes that are eliminated together, from the coordinates alone.
 
     Every part of the mesh is halved at the median of its element centres along an axis, the one for which the fewest nodes
@@ -31,10 +31,14 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Ind
     -------
     group : (m,) array, indices of the groups in the order of elimination: a group follows all that it separates. That of
         `last` is the largest.
+    beside : (m,) array, the first of the smallest parts around each node. Nodes of a group in this order touch what was
+        eliminated before in long runs.
     """
     m = len(points)
     centres = np.concatenate([points[block].mean(axis=1) for block in cells])
-    node, element = _incidence(cells, last, m)
+    every, around = _incidence(cells, m)
+    keep = np.isin(every, last, invert=True)
+    node, element = every[keep], around[keep]
     levels = max(1, int(np.ceil(np.log2(points.size / _LEAF))))
     depth = np.zeros(m, dtype=np.int64)  # of the part that a separator divides, the whole being `levels`
     end = np.zeros(m, dtype=np.int64)  # where that part ends, counted in leaves
@@ -42,7 +46,7 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Ind
     part, top = _first_parts(node, element, len(centres), m)
     orders = [_by_part(along.argsort(), part, levels) for along in centres.T]
     for level in range(top, levels):
-        first = np.flatnonzero(np.r_[True, node[1:] != node[:-1]])
+        first = _first(node)
         _halve(level, orders, part, element, first)
         orders = [_by_part(order, part, levels) for order in orders]
         lowest, shared = _halves(part[element], first)
@@ -53,18 +57,23 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> Ind
         node, element = node[keep], element[keep]
     end[node] = part[element] + 1
     group: Index = np.unique(end * (levels + 2) + depth, return_inverse=True)[1].astype(np.int64)
-    return group
+    beside, first = np.zeros(m, dtype=np.int64), _first(every)
+    beside[every[first]] = _halves(part[around], first)[0]
+    return group, beside
 
 
-def _incidence(cells: Sequence[Index], last: Index, m: int) -> tuple[Index, Index]:
-    """Pairs of one of the m nodes and an element around it, node by node, without the nodes `last`."""
+def _incidence(cells: Sequence[Index], m: int) -> tuple[Index, Index]:
+    """Pairs of one of the m nodes and an element around it, node by node."""
     corners = np.concatenate([np.full(len(block), block.shape[1]) for block in cells])
     nodes = np.concatenate([block.ravel() for block in cells])
     start = np.append(0, np.cumsum(corners))
     around = sp.csr_array((np.ones(len(nodes), dtype=bool), nodes, start), shape=(len(corners), m)).tocsc()
-    node = np.repeat(np.arange(m), np.diff(around.indptr))
-    keep = np.isin(node, last, invert=True)
-    return node[keep], around.indices[keep].astype(np.int64)
+    return np.repeat(np.arange(m), np.diff(around.indptr)), around.indices.astype(np.int64)
+
+
+def _first(node: Index) -> Index:
+    """Where the pairs of each node begin."""
+    return np.flatnonzero(np.append(True, node[1:] != node[:-1]))
 
 
 def _first_parts(node: Index, element: Index, n: int, m: int) -> tuple[Index, int]:

@@ -89,7 +89,7 @@ def test_nested_dissection_has_the_last_nodes_last() -> None:
     i, j = (part.ravel() for part in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
     cells = np.stack([i * (n + 1) + j, (i + 1) * (n + 1) + j, (i + 1) * (n + 1) + j + 1, i * (n + 1) + j + 1], axis=1)
     last = np.flatnonzero(points[:, 0] == 17)
-    group = nested_dissection(points, [cells], last)
+    group, _ = nested_dissection(points, [cells], last)
     np.testing.assert_array_equal(np.flatnonzero(group == group.max()), last)
     # what makes it worth its while: groups that do not follow one another's separators do not meet
     left, right = group[points[:, 0] < 17], group[points[:, 0] > 17]
@@ -99,7 +99,7 @@ def test_nested_dissection_has_the_last_nodes_last() -> None:
 
 def test_nested_dissection_separates_halves_by_a_face() -> None:
     solid = box("hexahedron", (24, 10, 8), (24.0, 10.0, 8.0))
-    group = nested_dissection(solid.points, [solid.cells], np.zeros(0, dtype=np.int64))
+    group, _ = nested_dissection(solid.points, [solid.cells], np.zeros(0, dtype=np.int64))
     np.testing.assert_array_equal(np.flatnonzero(group == group.max()), np.flatnonzero(solid.points[:, 0] == 12.0))
 
 
