@@ -46,6 +46,26 @@ FEWEST = 8
 DENSE_WORTH = 180
 
 
+@dataclass(frozen=True)
+class Border:
+    """What an iteration adds to the elastic stiffness K: the system [[K + crack, -load], [row, corner]] [v, factor], within
+    v = free @ y if `free` is given.
+
+    Attributes
+    ----------
+    crack : tangent stiffness of points and springs, N/mm
+    load : (n,) array, forces of a unit of load
+    row, corner : derivatives of a control's equation in the unknowns, (n,), and in the load
+    free : see `Free`
+    """
+
+    crack: Entries
+    load: Array
+    row: Array
+    corner: float
+    free: Free = None
+
+
 class Stiffness(Protocol):
     """The linear part of the problem."""
 
@@ -62,18 +82,8 @@ class Stiffness(Protocol):
     def forget(self) -> None:
         """Factor anew in the next solve, whatever was solved before."""
 
-    def solve(
-        self,
-        crack: Entries,
-        load: Array,
-        row: Array,
-        corner: float,
-        right: Array,
-        last: float,
-        free: Free = None,
-        forcing: float = INEXACT,
-    ) -> Array:
-        """Solve [[K + crack, -load], [row, corner]] [v, factor] = [right, last], within v = free @ y if `free` is given.
+    def solve(self, border: Border, right: Array, last: float, forcing: float = INEXACT) -> Array:
+        """Solution [v, factor], (n + 1,), of the system that `border` describes, for the right-hand side [right, last].
 
         Parameters
         ----------
@@ -86,23 +96,30 @@ class Stiffness(Protocol):
         """
 
 
-@dataclass(frozen=True)
-class _Border:
-    """What one iteration adds to the elastic stiffness, on the motions that are allowed: [[tangent, -load], [row, corner]]."""
+class _Weighed(Border):
+    """A border with `load` and `row` on the motions y, and the control's equation at the size of forces."""
 
-    tangent: sp.csr_array
-    load: Array
-    row: Array
-    corner: float
-    free: Free
+    @cached_property
+    def tangent(self) -> sp.csr_array:
+        """`crack` as a matrix."""
+        n = len(self.load) if self.free is None else self.free.shape[0]
+        return sp.csr_array((self.crack[2], self.crack[:2]), shape=(n, n))
 
     def moved(self, x: Array) -> Array:
-        """The unknowns v of [v, factor]."""
+        """v from [y, factor]."""
         return x[:-1] if self.free is None else np.asarray(self.free @ x[:-1])
 
+    def whole(self, x: Array) -> Array:
+        """[v, factor] from [y, factor]."""
+        return x if self.free is None else np.append(self.moved(x), x[-1])
+
     def forces(self, f: Array) -> Array:
-        """On the motions that are allowed, from those on the unknowns."""
+        """On the motions y, from those on the unknowns."""
         return f if self.free is None else np.asarray(self.free.T @ f)
+
+    def right(self, f: Array, last: float) -> Array:
+        """The right-hand side, from the forces on the unknowns."""
+        return np.append(self.forces(f), last)
 
     def apply(self, x: Array) -> Array:
         forces = self.forces(self.tangent @ self.moved(x))
@@ -119,7 +136,7 @@ class _Reused:
     made : how many factorizations there have been
     """
 
-    border: _Border | None = None
+    border: _Weighed | None = None
     solve: Solve | None = None
     made: int = 0
 
@@ -158,7 +175,7 @@ class _Bordered(ABC):
         """How many factorizations there have been."""
         return self._reused.made
 
-    def factored(self, crack: Entries, load: Array, row: Array, corner: float, free: Free = None) -> Solve:
+    def factored(self, border: Border) -> Solve:
         """The system of `solve`, factored anew for many right-hand sides: from [right, last], (n + 1, m), to [v, factor], as
         many, as exact as rounding allows.
 
@@ -167,25 +184,25 @@ class _Bordered(ABC):
         NotConverged
             If the system is singular.
         """
-        if free is not None:
-            load, row = free.T @ load, free.T @ row
-        unit = self._unit(crack, row)
-        inner = self._factor(crack, load, unit * row, unit * corner, free)
+        weighed, unit = self._weighed(border)
+        inner = self._factor(weighed)
 
         def one(right: Array) -> Array:
-            forces = right[:-1] if free is None else free.T @ right[:-1]
-            x = inner(np.append(forces, unit * right[-1]))
-            return x if free is None else np.append(free @ x[:-1], x[-1])
+            return weighed.whole(inner(weighed.right(right[:-1], unit * right[-1])))
 
         def solve(right: Array) -> Array:  # one by one: LAPACK would start threads for several, which take longer to meet
             return np.stack([one(column) for column in right.T], axis=1)
 
         return solve
 
-    def _unit(self, crack: Entries, row: Array) -> float:
-        """What brings the equation of a control to the size of forces."""
+    def _weighed(self, border: Border) -> tuple[_Weighed, float]:
+        """The border on y, and what brings the equation of its control to the size of forces."""
+        free, load, row = border.free, border.load, border.row
+        if free is not None:
+            load, row = free.T @ load, free.T @ row
         size = float(np.linalg.norm(row))
-        return (self._stiffest or float(abs(crack[2]).max())) / size if size else 1.0
+        unit = (self._stiffest or float(abs(border.crack[2]).max())) / size if size else 1.0
+        return _Weighed(border.crack, load, unit * row, unit * border.corner, free), unit
 
     @abstractmethod
     def _worth(self) -> int:
@@ -196,47 +213,34 @@ class _Bordered(ABC):
         return float(abs(self.matrix.diagonal()).max())
 
     @abstractmethod
-    def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
+    def _factor(self, border: _Weighed) -> Solve:
         """Factor the bordered system."""
 
-    def _rough(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve | None:
+    def _rough(self, border: _Weighed) -> Solve | None:
         """A cheaper factorization that is good enough for a preconditioner, if there is one."""
         return None
 
-    def solve(
-        self,
-        crack: Entries,
-        load: Array,
-        row: Array,
-        corner: float,
-        right: Array,
-        last: float,
-        free: Free = None,
-        forcing: float = INEXACT,
-    ) -> Array:
-        n, reused = len(right), self._reused
-        if free is not None:
-            load, row, right = free.T @ load, free.T @ row, free.T @ right
-        unit = self._unit(crack, row)
-        row, corner, right = unit * row, unit * corner, np.append(right, unit * last)
+    def solve(self, border: Border, right: Array, last: float, forcing: float = INEXACT) -> Array:
+        reused = self._reused
+        weighed, unit = self._weighed(border)
+        right = weighed.right(right, unit * last)
         x = None
         if self._worth() >= FEWEST:
-            border = _Border(sp.csr_array((crack[2], crack[:2]), shape=(n, n)), load, row, corner, free)
             if reused.takes(right):
-                x = self._iterate(border, right, forcing)
+                x = self._iterate(weighed, right, forcing)
             if x is None:
                 reused.solve = None  # first, so that no memory is needed for two
-                reused.solve, reused.border = self._rough(crack, load, row, corner, free), border
+                reused.solve, reused.border = self._rough(weighed), weighed
                 if reused.takes(right):
                     reused.made += 1
-                    x = self._iterate(border, right, _EXACT)
+                    x = self._iterate(weighed, right, _EXACT)
         if x is None:
             reused.solve = None
-            reused.solve, reused.made = self._factor(crack, load, row, corner, free), reused.made + 1
+            reused.solve, reused.made = self._factor(weighed), reused.made + 1
             x = reused.solve(right)
-        return x if free is None else np.append(free @ x[:-1], x[-1])
+        return weighed.whole(x)
 
-    def _iterate(self, border: _Border, right: Array, tolerance: float) -> Array | None:
+    def _iterate(self, border: _Weighed, right: Array, tolerance: float) -> Array | None:
         """The solution by means of the factorization that there is; None if that takes too long.
 
         It is preconditioned from the right, so that the residual is that of the system. The factored system differs from
@@ -286,17 +290,17 @@ class DenseStiffness(_Bordered):
         by_columns = self.matrix if self.matrix.flags.f_contiguous else self.matrix.T
         return np.asarray(blas.dsymv(1.0, by_columns, v, lower=1))  # which reads half of the matrix
 
-    def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
-        A = self._system(crack, load, row, corner, free, np.float64)
+    def _factor(self, border: _Weighed) -> Solve:
+        A = self._system(border, np.float64)
         with threads_for(len(A)):
             lu, pivots, info = lapack.dgetrf(A, overwrite_a=True)
         if info:
             raise NotConverged("the tangent stiffness is singular")
         return lambda right: np.asarray(lapack.dgetrs(lu, pivots, right)[0])
 
-    def _rough(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve | None:
+    def _rough(self, border: _Weighed) -> Solve | None:
         """In single precision, which takes half the memory, and less than half the time of a factorization and of a solve."""
-        A = self._system(crack, load, row, corner, free, np.float32)
+        A = self._system(border, np.float32)
         with threads_for(len(A)):
             lu, pivots, info = lapack.sgetrf(A, overwrite_a=True)
         if info:
@@ -309,11 +313,9 @@ class DenseStiffness(_Bordered):
 
         return solve
 
-    def _system(
-        self, crack: Entries, load: Array, row: Array, corner: float, free: Free, precision: type[np.floating[Any]]
-    ) -> NDArray[Any]:
+    def _system(self, border: _Weighed, precision: type[np.floating[Any]]) -> NDArray[Any]:
         """The bordered matrix, by columns."""
-        m, n = len(self.matrix), len(load)
+        m, n, crack, free = len(self.matrix), len(border.load), border.crack, border.free
         A: NDArray[Any] = np.empty((m + 1, m + 1), precision, order="F")
         A[:m, :m] = self.matrix
         np.add.at(A, crack[:2], crack[2])
@@ -321,7 +323,7 @@ class DenseStiffness(_Bordered):
             inner = free.T @ (free.T @ A[:m, :m].T).T
             A = np.empty((n + 1, n + 1), precision, order="F")
             A[:n, :n] = inner
-        A[:n, n], A[n, :n], A[n, n] = -load, row, corner
+        A[:n, n], A[n, :n], A[n, n] = -border.load, border.row, border.corner
         return A
 
 
@@ -343,8 +345,8 @@ class SparseStiffness(_Bordered):
     def _worth(self) -> int:
         return self.worth
 
-    def _factor(self, crack: Entries, load: Array, row: Array, corner: float, free: Free) -> Solve:
-        A = self.matrix + sp.coo_array((crack[2], crack[:2]), shape=self.matrix.shape)
+    def _factor(self, border: _Weighed) -> Solve:
+        A, load, row, free = self.matrix + border.tangent, border.load, border.row, border.free
         order = self.order[: len(load)]
         if free is not None:  # the free motions are numbered alike, but for the drives
             A = free.T @ A @ free
@@ -355,7 +357,7 @@ class SparseStiffness(_Bordered):
             raise NotConverged("the tangent stiffness is singular") from None
         back = np.argsort(order)
         moved = factor.solve(load[order])[back]
-        slope = float(row @ moved) + corner
+        slope = float(row @ moved) + border.corner
         if not slope:
             raise NotConverged("the tangent stiffness is singular: the load does not change what controls it")
 

@@ -151,4 +151,5 @@ def save(figure: Figure, path: Path | BytesIO, dpi: int = 130) -> None:
     figure.set_dpi(dpi)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # a title may have any character
-        FigureCanvasAgg(figure).print_png(path, pil_kwargs={"compress_level": _COMPRESSION})
+        canvas = FigureCanvasAgg(figure)
+        canvas.print_png(path, pil_kwargs={"compress_level": _COMPRESSION})  # type: ignore[no-untyped-call]

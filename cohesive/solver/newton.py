@@ -174,11 +174,9 @@ class _Equations:
     def correction(self, now: Iterate) -> Array:
         """Newton's step from an iterate: changes of the unknowns and of the load, (n + 1,)."""
         problem = self.problem
-        entries, missed = problem.entries(now.tangent), -now.gap * self.reach
+        border, missed = problem.border(now.tangent, now.row, now.corner), -now.gap * self.reach
         forcing = min(max(_FORCING * now.merit(now.scale), INEXACT), _MOST_FORCING)
-        step = problem.stiffness.solve(
-            entries, problem.drive, now.row, now.corner, -now.residual, missed, problem.free, forcing
-        )
+        step = problem.stiffness.solve(border, -now.residual, missed, forcing)
         if not np.isfinite(step).all():
             raise NotConverged("the tangent stiffness is singular")
         return step

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from ..algebra.bordered import Entries, Stiffness
+from ..algebra.bordered import Border, Stiffness
 from ..algebra.crack_operator import CrackOperator
 from ..arrays import Array, Index
 from ..cracks.point_law import PointLaw
@@ -231,14 +231,16 @@ class Problem:
             work -= 0.5 * float(start.v[at] + now.v[at]) * (force[1] - force[0])
         return work
 
-    def entries(self, tangent: Array) -> Entries:
-        """Tangent stiffness of the points, with tangents (p, c, c), and of the springs."""
+    def border(self, tangent: Array, row: Array, corner: float) -> Border:
+        """What the points, with tangents (p, c, c), the springs and a control add to the stiffness of the bulk; `row` (n,) and
+        `corner` as `Border` has them."""
         rows, columns, values = self.operator.stiffness(tangent)
         acting = self.springs.acting
-        if not len(acting):
-            return rows, columns, values
-        at = self.drives[acting]
-        return np.append(rows, at), np.append(columns, at), np.append(values, self.springs.stiffness[acting])
+        if len(acting):
+            at = self.drives[acting]
+            rows, columns = np.append(rows, at), np.append(columns, at)
+            values = np.append(values, self.springs.stiffness[acting])
+        return Border((rows, columns, values), self.drive, row, corner, self.free)
 
     @cached_property
     def rounding(self) -> float:
@@ -278,8 +280,7 @@ class Problem:
     def response(self, tangent: Array) -> Array:
         """Change of the unknowns under one more newton of load, (n,), with tangents (p, c, c) at the points."""
         nothing = np.zeros(self.operator.size)
-        entries = self.entries(tangent)
-        return self.stiffness.solve(entries, self.drive, nothing, 1.0, nothing, 1.0, self.free)[:-1]
+        return self.stiffness.solve(self.border(tangent, nothing, 1.0), nothing, 1.0)[:-1]
 
     def is_separated(self, state: State) -> bool:
         """Whether nothing is left of the cracks' tractions: the body is in pieces."""

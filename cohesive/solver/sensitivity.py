@@ -143,8 +143,8 @@ class Sensitivity:
         carried = np.where(points.kept[here], last.Z, 0.0)
         stress = stress + points.stress_Z[here] * carried[:, :, None]
         row, corner, gaps = self._control(i, last)
-        entries = problem.entries(points.tangent[here])
-        solve = problem.stiffness.factored(entries, problem.drive, row, corner, problem.free)  # type: ignore[attr-defined]
+        border = problem.border(points.tangent[here], row, corner)
+        solve = problem.stiffness.factored(border)  # type: ignore[attr-defined]
         right = np.empty((problem.operator.size + 1, len(gaps)), order="F")
         for j, parameter in enumerate(self.parameters):
             right[:-1, j] = -parameter.forces(now.v) - problem.operator.force(stress[j])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..algebra.bordered import Stiffness
+from ..algebra.bordered import INEXACT, Border, Stiffness
 from ..arrays import Array, Index
 from ..errors import SceneError, TooCostly
 from ..law.concrete import Concrete
@@ -193,11 +193,11 @@ class _Counted:
     def apply(self, v: Array) -> Array:
         return self._stiffness.apply(v)
 
-    def solve(self, *system: Any) -> Array:
+    def solve(self, border: Border, right: Array, last: float, forcing: float = INEXACT) -> Array:
         self._count += 1
         if self._count > self._most:
             raise TooCostly(f"more than {self._most} iterations: the crack snaps, or other steps are needed")
-        return self._stiffness.solve(*system)
+        return self._stiffness.solve(border, right, last, forcing)
 
 
 def _with_number(material: Concrete, key: str, value: float) -> Concrete:

@@ -16,7 +16,7 @@ import cohesive.algebra.condensation
 import cohesive.model.build
 import cohesive.simulation
 from cohesive import Scene, run
-from cohesive.algebra.bordered import DenseStiffness, SparseStiffness
+from cohesive.algebra.bordered import Border, DenseStiffness, SparseStiffness
 from cohesive.algebra.bulk_matrix import bulk_stiffness
 from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree
 from cohesive.algebra.dissection import nested_dissection
@@ -160,7 +160,7 @@ def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) ->
             "dissipation": (rng.normal(size=n), 0.0),
         }[control]
         right, last = 1e-2 * rng.normal(size=n), 0.3
-        found = stiffness.solve(crack, load, row, corner, right, last, free if held else None)
+        found = stiffness.solve(Border(crack, load, row, corner, free if held else None), right, last)
         inner = free.T @ (K + sp.diags_array(crack[2])) @ free
         A = sp.block_array([[inner, -(free.T @ load)[:, None]], [(free.T @ row)[None], np.array([[corner]])]], format="csc")
         exact = spla.spsolve(A, np.append(free.T @ right, last))
@@ -172,10 +172,10 @@ def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) ->
     made = stiffness.factorizations  # a row that is another one each time takes as long as half a factorization, or longer
     assert made == 1 or (made == 2 and control == "dissipation")
     many = np.append(right, last)[:, None] * [1.0, -2.0]
-    anew = stiffness.factored(crack, load, row, corner, free if held else None)(many)
+    anew = stiffness.factored(Border(crack, load, row, corner, free if held else None))(many)
     np.testing.assert_allclose(anew, exact[:, None] * [1.0, -2.0], atol=1e-9 * abs(exact).max())
     if held:  # another number of unknowns
-        stiffness.solve(crack, load, row, corner, right, last)
+        stiffness.solve(Border(crack, load, row, corner), right, last)
         assert stiffness.factorizations == made + 1
 
 
@@ -191,8 +191,8 @@ def test_a_factorization_near_a_limit_point_serves_no_other_step(kind: str) -> N
     near, away = nothing.copy(), nothing.copy()
     near[600], away[600] = (1.0 - 1e-8) * limit, 0.5 * limit
     away[100:1000:9] += rng.uniform(0.0, 3e3, 100)
-    stiffness.solve((at, at, near), nothing, nothing, 1.0, right, 0.0)
-    found = stiffness.solve((at, at, away), nothing, nothing, 1.0, right, 0.0)[:-1]
+    stiffness.solve(Border((at, at, near), nothing, nothing, 1.0), right, 0.0)
+    found = stiffness.solve(Border((at, at, away), nothing, nothing, 1.0), right, 0.0)[:-1]
     # what any step keeps to: measured 40 where the size of the guess counted
     assert np.linalg.norm(K @ found + away * found - right) < 1e-6 * np.linalg.norm(right)
 

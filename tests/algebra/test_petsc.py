@@ -19,6 +19,7 @@ import pytest
 import scipy.sparse as sp
 
 from cohesive import NotConverged, Scene, SceneError, run
+from cohesive.algebra.bordered import Border
 from cohesive.algebra.petsc import stiffness
 from cohesive.algebra.petsc.ranks import rank_and_size
 from cohesive.commands.command_line import main
@@ -106,7 +107,7 @@ def test_a_system_of_two_unknowns() -> None:
             whole = np.block([[free.T @ A @ free, -free.T @ load[:, None]], [row[None] @ free, np.array([[0.3]])]])
             *y, change = np.linalg.solve(whole, [*(free.T @ right), 2.0])
             allowed = None if len(y) == 2 else sp.csr_array(free)
-            found = stiffness.solve(entries, load, row, 0.3, right, 2.0, allowed)
+            found = stiffness.solve(Border(entries, load, row, 0.3, allowed), right, 2.0)
             np.testing.assert_allclose(found, [*(free @ y), change], rtol=1e-12)  # rounding
     np.testing.assert_allclose(stiffness.apply(load), K @ load)
     assert stiffness.scale == 5.0
@@ -118,10 +119,10 @@ def test_a_singular_matrix_does_not_converge_and_the_next_one_does() -> None:
     for value in (0.0, 1.0, 0.0, 1.0):
         entries = np.array([1]), np.array([1]), np.array([value])
         if value:
-            np.testing.assert_allclose(stiffness.solve(entries, unit, unit, 0.0, 0 * unit, 1.0), [0.5, 0.5, 0.5])
+            np.testing.assert_allclose(stiffness.solve(Border(entries, unit, unit, 0.0), 0 * unit, 1.0), [0.5, 0.5, 0.5])
         else:
             with pytest.raises(NotConverged, match="singular"):
-                stiffness.solve(entries, unit, unit, 0.0, unit, 1.0)
+                stiffness.solve(Border(entries, unit, unit, 0.0), unit, 1.0)
 
 
 def test_without_the_package_the_run_says_what_to_install(

@@ -147,7 +147,7 @@ def _stiffness(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> Array:
         patch.setattr(building, "check_stages", lambda *_: None)
         problem = build(scene).problem
     matrix = np.column_stack([problem.stiffness.apply(column) for column in np.eye(problem.operator.size)])
-    rows, columns, values = problem.entries(problem.point_law.elastic())
+    rows, columns, values = problem.border(problem.point_law.elastic(), problem.drive, 0.0).crack
     np.add.at(matrix, (rows, columns), values)
     return matrix
 

@@ -28,7 +28,7 @@ import scipy.sparse as sp
 
 from ...arrays import Array, Index
 from ...errors import NotConverged, SceneError
-from ..bordered import INEXACT, Entries, Free
+from ..bordered import INEXACT, Border
 from ..choice import Bulk, Condensation, Recovery
 from .layout import Layout
 from .ranks import rank_and_size
@@ -88,19 +88,9 @@ class PetscStiffness:
     def forget(self) -> None:
         self._layout = None
 
-    def solve(
-        self,
-        crack: Entries,
-        load: Array,
-        row: Array,
-        corner: float,
-        right: Array,
-        last: float,
-        free: Free = None,
-        forcing: float = INEXACT,
-    ) -> Array:
+    def solve(self, border: Border, right: Array, last: float, forcing: float = INEXACT) -> Array:
         """As every `Stiffness` does, with a residual below any forcing."""
-        rows, columns, values = crack
+        (rows, columns, values), free, load, row = border.crack, border.free, border.load, border.row
         layout = self._layout
         if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, free):
             layout = self._layout = Layout.latest = Layout.from_entries(self._matrix, rows, columns, free)
@@ -113,7 +103,7 @@ class PetscStiffness:
             raise NotConverged("the tangent stiffness is singular")
         both = np.concatenate(found, axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):  # Newton's method looks whether the step is finite
-            change = (last - row @ both[0]) / (row @ both[1] + corner)
+            change = (last - row @ both[0]) / (row @ both[1] + border.corner)
         step = both[0] + change * both[1]
         return np.append(step if free is None else free @ step, change)
 
