@@ -12,15 +12,19 @@ from ..elements.bulk import ElasticBlock
 
 def bulk_stiffness(blocks: Sequence[ElasticBlock], size: int) -> sp.csr_array:
     """Stiffness of the elastic bulk for the displacements of all nodes, (size, size), N/mm."""
-    if not blocks:
-        return sp.csr_array((size, size))
-    rows, columns, values = [], [], []
-    for block in blocks:
-        dofs = block.dofs().astype(np.int32)
-        K = block.stiffness()
-        rows.append(np.broadcast_to(dofs[:, :, None], K.shape).ravel())
-        columns.append(np.broadcast_to(dofs[:, None, :], K.shape).ravel())
-        values.append(K.ravel())
-    # the entries of a single block are not copied: they take more memory than the matrix
-    value, row, column = (part[0] if len(part) == 1 else np.concatenate(part) for part in (values, rows, columns))
-    return sp.coo_array((value, (row, column)), shape=(size, size)).tocsr()
+    K = sp.csr_array((size, size))
+    for i, block in enumerate(blocks):
+        K = _assembled(block, size) if i == 0 else K + _assembled(block, size)
+    return K
+
+
+def _assembled(block: ElasticBlock, size: int) -> sp.csr_array:
+    """That of one block, as the product of the elements' rows with their places: sorting all entries would take longer."""
+    dofs, values = block.dofs().astype(np.int32), block.stiffness()
+    columns = np.broadcast_to(dofs[:, None, :], values.shape)
+    start = np.arange(0, values.size + 1, dofs.shape[1])
+    rows = sp.csr_array((values.ravel(), columns.ravel(), start), shape=(dofs.size, size))
+    place = sp.csr_array((np.ones(dofs.size), dofs.ravel(), np.arange(dofs.size + 1)), shape=(dofs.size, size))
+    K: sp.csr_array = place.T.tocsr() @ rows
+    K.sort_indices()
+    return K
