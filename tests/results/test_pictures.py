@@ -13,7 +13,7 @@ from cohesive import Result, Scene, run
 from cohesive.commands.command_line import main
 from cohesive.model.marks import marks
 from cohesive.model.mesh import cracked_mesh
-from cohesive.results.figures import draw_curve, fitted, new_figure
+from cohesive.results.figures import draw_curve, fitted, new_figure, save, set_title
 from cohesive.results.mesh_figure import save_mesh
 from tests.builders import block
 
@@ -47,6 +47,22 @@ def test_any_title_is_drawn(title: str, result: Result, tmp_path: Path, monkeypa
     for name in PICTURES:
         size = matplotlib.image.imread(tmp_path / name).shape
         assert max(size[:2]) < 2000 and (tmp_path / name).stat().st_size > 5000
+
+
+def test_a_picture_is_what_matplotlib_saves(result: Result, tmp_path: Path) -> None:
+    """Though it is drawn once: the layout included."""
+    for name in ("once.png", "twice.png"):
+        figure = new_figure(6.4, 4.4)
+        axes = figure.add_subplot()
+        draw_curve(axes, result)
+        figure.colorbar(axes.scatter([0.0, 0.01], [0.0, 100.0], c=[0.0, 1e-3]), ax=axes, label="a scale")
+        set_title(figure, "Title")
+        if name == "once.png":
+            save(figure, tmp_path / name)
+        else:
+            figure.savefig(tmp_path / name, dpi=130)
+    once, twice = (matplotlib.image.imread(tmp_path / name) for name in ("once.png", "twice.png"))
+    np.testing.assert_array_equal(once, twice)
 
 
 def test_a_text_is_broken_and_cut() -> None:
