@@ -250,6 +250,7 @@ class Whole:
         cells = [bulk.leader[block.cells] for block in (*bulk.elastic, *bulk.cracking)]
         group, beside = (each[unknowns.node] for each in nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64)))
         group[unknowns.rotations], group[unknowns.drives] = len(bulk.points), len(bulk.points) + 1
+        beside[unknowns.drives] = 0  # these keep their order: the last one may be missing in a tangent stiffness
         order, start = _grouped(group, beside)
         K = bulk.reduced(unknowns.transform)
         sees = abs(bulk.operator)
