@@ -186,8 +186,8 @@ def _first(problem: FitProblem) -> Trial:
         largest = float(rows.history["load"].max())
         if largest < _NOTHING * data.peak:  # one step to there, and a load that is rounding, of either sign
             raise SceneError(
-                f"reference: at its values of {data.against}, {data.x.min():.3g} to {data.x.max():.3g} mm, the scene carries no "
-                "load any more; expected mm (see reference.x_unit), or other numbers in the scene",
+                f"reference: at its values of {data.against}, {data.x.min():.3g} to {data.x.max():.3g} mm, the scene carries "
+                "no load any more; expected mm (see reference.x_unit), or other numbers in the scene",
                 "reference.x_unit",
             )
         ratio = data.peak / largest
