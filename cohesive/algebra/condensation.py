@@ -163,7 +163,7 @@ class Condensed:
 _Update = tuple[Index, Array]
 
 
-class _Workspace:
+class Workspace:
     """Memory of the Schur complements: of those that wait to be taken up, and of the one that is being made.
 
     It is used again and again: to write to fresh memory takes ten times as long.
@@ -206,7 +206,7 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
     first = int(tree.start[-1])
     complement = K[first:, first:].toarray(order="F")
     waiting: list[list[_Update]] = [[] for _ in tree.borders]
-    eliminated, workspace = [], _Workspace(tree)
+    eliminated, workspace = [], Workspace(tree)
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
         frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], workspace)
         waiting[g] = []
@@ -220,7 +220,7 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
 
 
 def _frontal(
-    K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update], workspace: _Workspace
+    K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update], workspace: Workspace
 ) -> tuple[Array, Array, Array]:
     """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K and the Schur
     complements of earlier groups."""
@@ -253,7 +253,7 @@ def _frontal(
 def _add(to: Array, rows: Index, columns: Index, part: Array) -> None:
     """Add to these rows and columns of a matrix by rows; if rows and columns are the same, the upper triangle counts."""
     triangle = columns is rows
-    across, down = _runs(columns), _runs(rows)
+    across, down = runs(columns), runs(rows)
     if part.size > LONG * len(across) * len(down):
         for a, b in down:
             for c, d in across:
@@ -271,7 +271,7 @@ def _add_numbers(to: Array, rows: Index, columns: Index, part: Array) -> None:
     to.reshape(-1)[(rows[:, None] * to.shape[1] + columns).ravel()] += part.reshape(-1)
 
 
-def _runs(numbers: Index) -> list[tuple[int, int]]:
+def runs(numbers: Index) -> list[tuple[int, int]]:
     """Where each run of ascending numbers without a gap begins and ends."""
     ends = [0, *(np.flatnonzero(np.diff(numbers) != 1) + 1).tolist(), len(numbers)]
     return list(pairwise(ends))
