@@ -65,6 +65,18 @@ class Border:
     corner: float
     free: Free = None
 
+    def moved(self, x: Array) -> Array:
+        """v from [y, factor]."""
+        return x[:-1] if self.free is None else np.asarray(self.free @ x[:-1])
+
+    def whole(self, x: Array) -> Array:
+        """[v, factor] from [y, factor]."""
+        return x if self.free is None else np.append(self.moved(x), x[-1])
+
+    def forces(self, f: Array) -> Array:
+        """On the motions y, from those on the unknowns."""
+        return f if self.free is None else np.asarray(self.free.T @ f)
+
 
 class Stiffness(Protocol):
     """The linear part of the problem."""
@@ -104,18 +116,6 @@ class _Weighed(Border):
         """`crack` as a matrix."""
         n = len(self.load) if self.free is None else self.free.shape[0]
         return sp.csr_array((self.crack[2], self.crack[:2]), shape=(n, n))
-
-    def moved(self, x: Array) -> Array:
-        """v from [y, factor]."""
-        return x[:-1] if self.free is None else np.asarray(self.free @ x[:-1])
-
-    def whole(self, x: Array) -> Array:
-        """[v, factor] from [y, factor]."""
-        return x if self.free is None else np.append(self.moved(x), x[-1])
-
-    def forces(self, f: Array) -> Array:
-        """On the motions y, from those on the unknowns."""
-        return f if self.free is None else np.asarray(self.free.T @ f)
 
     def right(self, f: Array, last: float) -> Array:
         """The right-hand side, from the forces on the unknowns."""
@@ -197,12 +197,10 @@ class _Bordered(ABC):
 
     def _weighed(self, border: Border) -> tuple[_Weighed, float]:
         """The border on y, and what brings the equation of its control to the size of forces."""
-        free, load, row = border.free, border.load, border.row
-        if free is not None:
-            load, row = free.T @ load, free.T @ row
+        load, row = border.forces(border.load), border.forces(border.row)
         size = float(np.linalg.norm(row))
         unit = (self._stiffest or float(abs(border.crack[2]).max())) / size if size else 1.0
-        return _Weighed(border.crack, load, unit * row, unit * border.corner, free), unit
+        return _Weighed(border.crack, load, unit * row, unit * border.corner, border.free), unit
 
     @abstractmethod
     def _worth(self) -> int:

@@ -12,10 +12,7 @@ from ..elements.bulk import ElasticBlock
 
 def bulk_stiffness(blocks: Sequence[ElasticBlock], size: int) -> sp.csr_array:
     """Stiffness of the elastic bulk for the displacements of all nodes, (size, size), N/mm."""
-    K = sp.csr_array((size, size))
-    for i, block in enumerate(blocks):
-        K = _assembled(block, size) if i == 0 else K + _assembled(block, size)
-    return K
+    return sum((_assembled(block, size) for block in blocks), start=sp.csr_array((size, size)))
 
 
 def _assembled(block: ElasticBlock, size: int) -> sp.csr_array:

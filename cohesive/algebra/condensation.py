@@ -209,7 +209,6 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
     eliminated, workspace = [], Workspace(tree)
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
         frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], workspace)
-        waiting[g] = []
         done, rest = _Eliminated.from_front(*frontal)
         eliminated.append(done)
         if parent >= 0:

@@ -44,11 +44,11 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> tup
     end = np.zeros(m, dtype=np.int64)  # where that part ends, counted in leaves
     depth[last], end[last] = levels + 1, 1 << levels
     part, top = _first_parts(node, element, len(centres), m)
-    orders = [_by_part(along.argsort(), part, levels) for along in centres.T]
+    orders = [along.argsort() for along in centres.T]
     for level in range(top, levels):
         first = _first(node)
-        _halve(level, orders, part, element, first)
         orders = [_by_part(order, part, levels) for order in orders]
+        _halve(level, orders, part, element, first)
         lowest, shared = _halves(part[element], first)
         separator = node[first][shared]
         depth[separator] = levels - level

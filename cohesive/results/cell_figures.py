@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import Collection, PolyCollection, TriMesh
@@ -13,6 +15,9 @@ from ..arrays import Array
 #: cells above which they are drawn as triangles of one list, or as one line: a polygon each takes four times as long, and
 #: their edges are finer than a pixel
 MANY = 20_000
+
+#: cells lie within the axes: a layout need not look for the box around all of them, which takes a while
+_WITHIN: dict[str, Any] = {"in_layout": False}
 
 
 def corners_of(faces: list[Array]) -> Array:
@@ -32,16 +37,14 @@ def fill_cells(axes: Axes, corners: Array, values: Array) -> Collection:
     if len(corners) <= MANY:
         polygons = PolyCollection(
             corners,  # type: ignore[arg-type]  # an array is drawn much faster than a list
-            array=values, cmap="viridis", edgecolors="face", linewidths=0.3,
+            array=values, cmap="viridis", edgecolors="face", linewidths=0.3, **_WITHIN,
         )  # fmt: skip
-        polygons.set_in_layout(False)  # they lie within the axes, and a box around all of them takes a while to find
         axes.add_collection(polygons)
         return polygons
     halves = [corners[:, :3], *([corners[:, [0, 2, 3]]] if corners.shape[1] == 4 else [])]
     x, y = np.concatenate(halves).reshape(-1, 2).T
     mesh = Triangulation(x, y, np.arange(len(x)).reshape(-1, 3))
-    triangles = TriMesh(mesh, array=np.repeat(np.tile(values, len(halves)), 3), cmap="viridis")
-    triangles.set_in_layout(False)
+    triangles = TriMesh(mesh, array=np.repeat(np.tile(values, len(halves)), 3), cmap="viridis", **_WITHIN)
     axes.add_collection(triangles, autolim=False)
     return triangles
 
@@ -57,13 +60,12 @@ def outline_cells(axes: Axes, corners: Array, colour: str, linewidth: float, lab
     if len(corners) <= MANY:
         polygons = PolyCollection(
             corners,  # type: ignore[arg-type]
-            facecolors=colour, edgecolors="0.55", linewidths=linewidth, label=label,
+            facecolors=colour, edgecolors="0.55", linewidths=linewidth, label=label, **_WITHIN,
         )  # fmt: skip
-        polygons.set_in_layout(False)
         axes.add_collection(polygons)
         return
     fill_cells(axes, corners, np.zeros(len(corners))).set_cmap(ListedColormap([colour]))
     outlines = np.full((len(corners), corners.shape[1] + 2, 2), np.nan)  # a line ends at nan
     outlines[:, :-2], outlines[:, -2] = corners, corners[:, 0]
-    axes.plot(*outlines.reshape(-1, 2).T, color="0.55", linewidth=linewidth, in_layout=False)
+    axes.plot(*outlines.reshape(-1, 2).T, color="0.55", linewidth=linewidth, **_WITHIN)
     axes.fill([], [], facecolor=colour, edgecolor="0.55", label=label)

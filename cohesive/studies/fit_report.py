@@ -62,9 +62,11 @@ def facts(fit: Fitted) -> dict[str, Any]:
 
 def save(fit: Fitted, figure: Figure, folder: str | Path) -> None:
     """The files of a fit."""
+    from ..results.figures import save as save_figure  # with matplotlib, which is slow to import
+
     folder = Path(folder)
     make_folder(folder)
-    write_file(folder / "fit.png", lambda path: figure.savefig(path, dpi=150, format="png"))
+    write_file(folder / "fit.png", lambda path: save_figure(figure, path, dpi=150))
     write_text(folder / "fit.json", json.dumps(facts(fit), indent=2, default=float) + "\n")
     write_file(folder / "fit.csv", lambda path: _write_table(fit, path))
     material = fit.scenes[0].material

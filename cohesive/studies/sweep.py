@@ -132,7 +132,9 @@ class Sweep:
         write_file(folder / "sweep.csv", lambda path: write_text(path, text.getvalue()))
         write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
         if any(result is not None and result.steps for result in self.results):
-            write_file(folder / "sweep.png", partial(self.plot().savefig, dpi=150))
+            from ..results.figures import save  # with matplotlib
+
+            write_file(folder / "sweep.png", partial(save, self.plot(), dpi=150))
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,14 @@ def test_counted_operations_are_those_of_the_fronts() -> None:
     assert numbers == 150**2 + 150 * 250 + 250**2
 
 
+def _tree(cells: np.ndarray, group: np.ndarray, order: np.ndarray) -> EliminationTree:
+    """Of the nodes of hexahedra, with one unknown each, in an order by groups."""
+    cell = np.repeat(np.arange(len(cells)), 8)
+    shares = sp.coo_array((np.ones(len(cell)), (cell, cells.ravel()))).tocsc()
+    start = np.append(np.unique(group[order], return_index=True)[1], len(order))
+    return EliminationTree.from_pattern(sp.tril((shares.T @ shares).tocsc()[order][:, order], format="csc"), start)
+
+
 @pytest.mark.parametrize(
     ("counts", "most"), [((60, 6, 6), 26e6), ((6, 60, 6), 26e6), ((6, 6, 60), 26e6), ((16, 16, 16), 160e6)]
 )
@@ -113,13 +121,8 @@ def test_dissection_keeps_the_fronts_small(counts: tuple[int, int, int], most: f
     """Measured 22 to 24e6 operations for a bar along any axis, 139e6 for a cube; 1000e6 where a bar is cut along, 29e6 and
     255e6 where the separators are eliminated in another order."""
     solid = box("hexahedron", counts, counts)
-    cell = np.repeat(np.arange(len(solid.cells)), 8)
-    shares = sp.coo_array((np.ones(len(cell)), (cell, solid.cells.ravel()))).tocsc()
     group, _ = nested_dissection(solid.points, [solid.cells], np.zeros(0, dtype=np.int64))
-    order = np.argsort(group, kind="stable")
-    start = np.append(np.unique(group[order], return_index=True)[1], len(order))
-    pattern = sp.tril((shares.T @ shares).tocsc()[order][:, order], format="csc")
-    assert EliminationTree.from_pattern(pattern, start).cost()[0] < most
+    assert _tree(solid.cells, group, np.argsort(group, kind="stable")).cost()[0] < most
 
 
 def test_what_a_group_takes_up_lies_in_long_runs() -> None:
@@ -128,13 +131,10 @@ def test_what_a_group_takes_up_lies_in_long_runs() -> None:
     number = np.random.default_rng(0).permutation(len(solid.points))
     points, cells = np.empty_like(solid.points), number[solid.cells]
     points[number] = solid.points
-    cell = np.repeat(np.arange(len(cells)), 8)
-    shares = sp.coo_array((np.ones(len(cell)), (cell, cells.ravel()))).tocsc()
     group, beside = nested_dissection(points, [cells], np.zeros(0, dtype=np.int64))
     count = []
     for order in (np.lexsort((beside, group)), np.argsort(group, kind="stable")):
-        start = np.append(np.unique(group[order], return_index=True)[1], len(order))
-        tree = EliminationTree.from_pattern(sp.tril((shares.T @ shares).tocsc()[order][:, order], format="csc"), start)
+        tree = _tree(cells, group, order)
         count.append(0)
         for border, parent in zip(tree.borders, tree.parents, strict=True):
             if parent >= 0:

@@ -90,22 +90,20 @@ class PetscStiffness:
 
     def solve(self, border: Border, right: Array, last: float, forcing: float = INEXACT) -> Array:
         """As every `Stiffness` does, with a residual below any forcing."""
-        (rows, columns, values), free, load, row = border.crack, border.free, border.load, border.row
+        rows, columns, values = border.crack
         layout = self._layout
-        if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, free):
-            layout = self._layout = Layout.latest = Layout.from_entries(self._matrix, rows, columns, free)
+        if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, border.free):
+            layout = self._layout = Layout.latest = Layout.from_entries(self._matrix, rows, columns, border.free)
             solver = _together("set_up", layout.shares(_processes()))[0]
             self.library = f"PETSc {'.'.join(map(str, petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
-        if free is not None:
-            load, row, right = free.T @ load, free.T @ row, free.T @ right
+        load, row, right = border.forces(border.load), border.forces(border.row), border.forces(right)
         found = _together("solve", layout.split(values, right, load, _processes()))
         if found[0] is None:
             raise NotConverged("the tangent stiffness is singular")
         both = np.concatenate(found, axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):  # Newton's method looks whether the step is finite
             change = (last - row @ both[0]) / (row @ both[1] + border.corner)
-        step = both[0] + change * both[1]
-        return np.append(step if free is None else free @ step, change)
+        return border.whole(np.append(both[0] + change * both[1], change))
 
 
 def uncondensed(bulk: Bulk) -> Condensation:
