@@ -17,6 +17,9 @@ TOL = 1e-11
 #: singular values of M below this part of the largest one are taken as 0
 CUT_OFF = 1e-10
 
+#: condition of M from which on its singular values are looked at
+_CLOSE = 1e4
+
 #: a point without a solution is led to its strain from the committed one: part of the way that is tried first, and at least
 _FIRST_PART, _SMALLEST_PART = 0.25, 1.0 / 64.0
 
@@ -131,42 +134,38 @@ class LocalIteration:
         shapes = (m * d,), (m * d, m * d), (m * d,), (m,), strain.shape[1:]
         found = [np.zeros((n, *shape)) for shape in shapes]
         error, T, is_frozen = found[0], found[1], np.full(n, frozen)
-        first = np.zeros(n, dtype=bool)
 
         def is_solved() -> Mask:
             return np.asarray(abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1)))
 
+        step, norm = np.zeros_like(e), np.full(n, np.inf)  # of the error before the step
         if change is not None:
             error[:] = np.einsum("gak,gk->ga", self.ND[rows], change)
             first = self.has_slopes[rows] & ~is_solved()
-        others = np.flatnonzero(~first)
-        if others.size:
-            _store(found, others, self._at(e[others], strain[others], rows[others], frozen))
-        for _ in range(MAX_ITERATIONS):
-            left = np.flatnonzero(~is_solved())
-            if not left.size:
-                break
-            at, start = rows[left], e[left]
-            step, to_solve = np.empty_like(start), ~first[left]
-            if change is not None and first.any():
-                step[~to_solve] = np.einsum("gak,gk->ga", self.slope0[rows[first]], change[first])
-                first[:] = False
-            step[to_solve] = self._solve(T[left[to_solve]], error[left[to_solve], :, None], at[to_solve])[:, :, 0]
-            norm = np.linalg.norm(error[left], axis=1)
-            e[left], is_frozen[left] = start + step, False
-            _store(found, left, self._at(e[left], strain[left], at))
+            step[first] = np.einsum("gak,gk->ga", self.slope0[rows[first]], change[first])
+            norm[first] = np.linalg.norm(error[first], axis=1)
+        left = np.arange(n)
+        for iteration in range(MAX_ITERATIONS + 1):
+            start = e[left]
+            e[left], is_frozen[left] = start + step[left], frozen and not iteration
+            _store(found, left, self._at(e[left], strain[left], rows[left], frozen and not iteration))
             # if the full step raises the error the first shorter one is taken that does not, else the full one
-            rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm))
+            rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm[left]))
             for length in _LENGTHS:
                 if not rising.size:
                     break
-                shorter = start[rising] + length * step[rising]
-                new = self._at(shorter, strain[left[rising]], at[rising])
-                better = np.linalg.norm(new[0], axis=1) < (1.0 - _DECREASE * length) * norm[rising]
-                taken = left[rising[better]]
-                e[taken] = shorter[better]
-                _store(found, taken, [each[better] for each in new])
+                at = left[rising]
+                shorter = start[rising] + length * step[at]
+                new = self._at(shorter, strain[at], rows[at])
+                better = np.linalg.norm(new[0], axis=1) < (1.0 - _DECREASE * length) * norm[at]
+                e[at[better]] = shorter[better]
+                _store(found, at[better], [each[better] for each in new])
                 rising = rising[~better]
+            left = np.flatnonzero(~is_solved())
+            if not left.size:
+                break
+            step[left] = self._solve(T[left], error[left, :, None], rows[left])[:, :, 0]
+            norm[left] = np.linalg.norm(error[left], axis=1)
         done = is_solved()
         # of one plane: elastic it is positive; beyond a fold it has changed its sign
         single, d = np.flatnonzero(self.count[rows] == 1), self.shape[2]
@@ -225,10 +224,13 @@ def _store(kept: list[Array], at: Index, new: list[Array]) -> None:
 
 
 def _least_norm(M: Array, right: Array) -> Array:
-    """Solutions of M x = right, (n, a, b), of minimum norm if M is singular."""
-    if M.shape[1] <= 3:  # a single plane: regular but at a fold
-        try:
-            return np.asarray(np.linalg.solve(M, right))
-        except np.linalg.LinAlgError:
-            pass
-    return np.asarray(np.linalg.pinv(M, rcond=CUT_OFF) @ right)
+    """Solutions of M x = right, (n, a, b), of minimum norm where M is singular, or close to it."""
+    try:
+        inverse = np.linalg.inv(M)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(M, rcond=CUT_OFF) @ right)
+    result = inverse @ right
+    # a single plane is regular but at a fold
+    if M.shape[1] > 3 and (close := np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2)) > _CLOSE).any():
+        result[close] = np.linalg.pinv(M[close], rcond=CUT_OFF) @ right[close]
+    return np.asarray(result)

@@ -29,18 +29,12 @@ class Interlock(NamedTuple):
 def interlock(concrete: Concrete, u1: Array) -> Interlock:
     """H(u1) = sum_i p_i exp[-(u1 - u_phi0) / (c_i Zm)], 1 below u_phi0, eq. (13); u1 in mm, (n,)."""
     m = concrete
-    H, lost, slope, curvature = np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1), np.zeros_like(u1)
-    opened = np.maximum(u1 - m.u_phi0, 0.0)
-    for p, c in zip(m.p, m.c, strict=True):
-        length = c * m.Zm
-        share = p * np.exp(-opened / length)
-        H += share
-        lost -= p * np.expm1(-opened / length)
-        slope -= share / length
-        curvature += share / length**2
-    closed = u1 < m.u_phi0
-    slope[closed], curvature[closed] = 0.0, 0.0
-    return Interlock(H, lost, slope, curvature)
+    p, length = np.array(m.p)[:, None], m.Zm * np.array(m.c)[:, None]  # a row for each term
+    opened = np.maximum(u1 - m.u_phi0, 0.0) / length
+    share = p * np.exp(-opened)
+    falling = np.where(u1 < m.u_phi0, 0.0, share / length)
+    lost = -(p * np.expm1(-opened)).sum(axis=0)
+    return Interlock(share.sum(axis=0), lost, -falling.sum(axis=0), (falling / length).sum(axis=0))
 
 
 def interlock_factor(concrete: Concrete, width: float | Array, u1: Array) -> tuple[Array, Array]:
