@@ -232,45 +232,58 @@ class Whole:
 
     Attributes
     ----------
-    K : stiffness of the bulk, N/mm
-    tree : of the tangent stiffness, in the order `order`, which keeps its factors sparse
-    transform : displacements of the nodes from the unknowns
-    shape : of the displacements, (m, d)
+    bulk : Bulk
+    group, beside : (m,) arrays, the order of its nodes that keeps a factor sparse, see `nested_dissection`
+    operations, numbers : of the factor of a symmetric tangent stiffness, counted on the nodes
     """
 
-    K: sp.csc_array
-    tree: EliminationTree
-    order: Index
-    transform: sp.csr_array
-    shape: tuple[int, ...]
+    bulk: Bulk
+    group: Index
+    beside: Index
+    operations: float
+    numbers: float
 
     @classmethod
     def from_bulk(cls, bulk: Bulk) -> Whole:
-        unknowns = bulk.unknowns
+        m, free = len(bulk.points), bulk.unknowns.rotations.min(initial=bulk.unknowns.drives[0])
         cells = [bulk.leader[block.cells] for block in (*bulk.elastic, *bulk.cracking)]
-        group, beside = (each[unknowns.node] for each in nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64)))
-        group[unknowns.rotations], group[unknowns.drives] = len(bulk.points), len(bulk.points) + 1
-        beside[unknowns.drives] = 0  # these keep their order: the last one may be missing in a tangent stiffness
+        group, beside = nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64))
         order, start = _grouped(group, beside)
-        K = bulk.reduced(unknowns.transform)
-        sees = abs(bulk.operator)
-        tree = EliminationTree.from_pattern(_lower(K + (sees.T @ sees).tocsc(), order), np.append(start, len(order)))
-        return cls(K, tree, order, unknowns.transform, bulk.points.shape)
+        tree = EliminationTree.from_pattern(_lower(_linked(cells, m), order), np.append(start, m))
+        unknowns = np.bincount(bulk.unknowns.node[:free], minlength=m)
+        return cls(bulk, group, beside, *tree.cost(unknowns[order]))
 
     @property
     def iteration(self) -> float:
         """Operations of a factorization, twice those of a symmetric one, in the time of dense ones."""
-        return 2.0 * SPARSE_IS_SLOWER * self.tree.cost()[0]
+        return 2.0 * SPARSE_IS_SLOWER * self.operations
 
     @property
     def memory(self) -> float:
         """Bytes of both triangular factors."""
-        return 2.0 * _SPARSE * self.tree.cost()[1]
+        return 2.0 * _SPARSE * self.numbers
 
     def condensed(self, why: str) -> Condensation:
-        operations, numbers = self.tree.cost()
-        stiffness = SparseStiffness(self.K, self.order, int(operations / numbers / _OPERATIONS_PER_NUMBER))
-        return Condensation("whole", stiffness, np.arange(len(self.order)), Recovery(self.transform, self.shape), why)
+        unknowns, m = self.bulk.unknowns, len(self.bulk.points)
+        group, beside = self.group[unknowns.node], self.beside[unknowns.node]
+        group[unknowns.rotations], group[unknowns.drives] = m, m + 1
+        beside[unknowns.drives] = 0  # these keep their order: the last one may be missing in a tangent stiffness
+        order = _grouped(group, beside)[0]
+        worth = int(self.operations / self.numbers / _OPERATIONS_PER_NUMBER)
+        stiffness = SparseStiffness(self.bulk.reduced(unknowns.transform), order, worth)
+        recover = Recovery(unknowns.transform, self.bulk.points.shape)
+        return Condensation("whole", stiffness, np.arange(len(order)), recover, why)
+
+
+def _linked(cells: Sequence[Index], m: int) -> sp.csc_array:
+    """(m, m) pattern of the nodes that elements have in common."""
+    around = [
+        sp.csr_array((np.ones(block.size, dtype=bool), block.ravel(), np.arange(0, block.size + 1, block.shape[1])),
+                     shape=(len(block), m))
+        for block in cells
+    ]  # fmt: skip
+    whole = sp.vstack(around, format="csr")
+    return (whole.T @ whole).tocsc()
 
 
 def _grouped(group: Index, beside: Index) -> tuple[Index, Index]:

@@ -63,9 +63,16 @@ class EliminationTree:
             parents.append(parent)
         return cls(start, borders, parents)
 
-    def cost(self) -> tuple[float, float]:
-        """Floating-point operations of the elimination, and how many numbers the factor has."""
-        k, m = np.diff(self.start).astype(float), np.array([len(border) for border in self.borders], dtype=float)
+    def cost(self, sizes: Index | None = None) -> tuple[float, float]:
+        """Floating-point operations of the elimination, and how many numbers the factor has.
+
+        Parameters
+        ----------
+        sizes : unknowns of each row of a matrix whose rows are nodes.
+        """
+        before = np.append(0.0, np.cumsum(np.ones(self.start[-1]) if sizes is None else sizes))
+        k = np.diff(before[self.start])
+        m = np.array([len(border) if sizes is None else sizes[border].sum() for border in self.borders], dtype=float)
         return float((k**3 / 3 + k**2 * m + k * m**2).sum()), float((k**2 + k * m).sum())
 
 

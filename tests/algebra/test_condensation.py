@@ -269,9 +269,10 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
     assert condensed.kind == "condensed"
     # fronts on their way and lists come on top, a factor of the tangent is not there yet
     assert 0.8 * part.memory < taken < 1.1 * part.memory
-    K = whole.K + (abs(bodies[0].operator).T @ abs(bodies[0].operator))
-    factor = spla.splu(sp.csc_array(K)[whole.order][:, whole.order], permc_spec="NATURAL", diag_pivot_thresh=0.0,
-                       options={"SymmetricMode": True})  # fmt: skip
+    stiffness = whole.condensed("").stiffness
+    assert isinstance(stiffness, SparseStiffness)
+    K = sp.csc_array(stiffness.matrix + abs(bodies[0].operator).T @ abs(bodies[0].operator))[stiffness.order]
+    factor = spla.splu(K[:, stiffness.order], permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     # it holds triangles where whole fronts are counted: measured 0.69
     assert 0.6 * whole.memory < 12.0 * (factor.L.nnz + factor.U.nnz) < whole.memory
 
