@@ -14,7 +14,7 @@ from ..arrays import Array, Index
 from ..elements.bulk import ElasticBlock
 from ..errors import SceneError
 from .bordered import DenseStiffness, SparseStiffness, Stiffness
-from .condensation import Condensed, EliminationTree
+from .condensation import Condensed, EliminationTree, Workspace
 from .dissection import nested_dissection
 from .unknowns import Unknowns
 
@@ -216,9 +216,10 @@ class Part:
 
     @property
     def memory(self) -> float:
-        """Bytes: the factor, then the Schur complement and its change of basis, or the stiffness and its factor."""
+        """Bytes: the factor and its last rows, the stiffness, and what either comes from or what its factor takes."""
         left, active = self.basis.shape[1], len(self.active)
-        return float(_DENSE * (self.tree.cost()[1] + max(2.0 * left**2, left**2 + 2.0 * active**2)))
+        before, after = sum(Workspace(self.tree).sizes), active**2
+        return float(_DENSE * (self.tree.cost()[1] + left * (left - active) + active**2 + max(before, after)))
 
     def condensed(self, why: str) -> Condensation:
         condensed = Condensed.eliminate(self.K, self.tree, self.basis, self.active)

@@ -148,10 +148,11 @@ class Condensed:
         ValueError
             If the passive part is singular: the body is not held.
         """
-        eliminated, complement = _eliminate(K, tree)
-        passive = np.setdiff1d(np.arange(basis.shape[1]), active)
-        blocks = _expressed(_symmetric(complement), basis, passive, active)
-        del complement
+        eliminated, complements = _eliminate(K, tree)
+        passive, first = np.setdiff1d(np.arange(basis.shape[1]), active), tree.start[-1]
+        ordered = basis.tocsc()[:, np.append(passive, active)]
+        blocks = _expressed(K[first:, first:], complements, ordered, len(passive))
+        del complements  # and their memory
         last, stiffness = _Eliminated.from_front(*blocks)
         return cls(_symmetric(stiffness), tree, eliminated, last, basis, passive, active)
 
@@ -171,65 +172,59 @@ _Update = tuple[Index, Array]
 
 
 class Workspace:
-    """Memory of the Schur complements: of those that wait to be taken up, and of the one that is being made.
+    """Memory of the Schur complements, used again and again: to write to fresh memory takes ten times as long.
 
-    It is used again and again: to write to fresh memory takes ten times as long.
+    They lie in two stacks: the complement of a group in one, those that the group takes up in the other. What no group takes
+    up stays.
 
     Attributes
     ----------
-    start : for each group where its Schur complement waits
+    stack, start : for each group in which stack its Schur complement lies, and from where on
+    sizes : of the stacks
     """
 
     def __init__(self, tree: EliminationTree) -> None:
-        sizes = [len(border) ** 2 for border in tree.borders]
+        parents, numbers = tree.parents, [len(border) ** 2 for border in tree.borders]
+        self.stack = [0] * len(parents)
+        for g in range(len(parents) - 1, -1, -1):
+            self.stack[g] = 1 - self.stack[parents[g]] if parents[g] >= 0 else 0
         self.start: list[int] = []
-        waiting: list[int] = []  # groups, in the order of their places; most are taken up from the end
-        for g in range(len(sizes)):
-            while waiting and tree.parents[waiting[-1]] <= g:
-                waiting.pop()
-            self.start.append(self.start[waiting[-1]] + sizes[waiting[-1]] if waiting else 0)
-            if tree.parents[g] >= 0:
-                waiting.append(g)
-        ends = (start + size for start, size, parent in zip(self.start, sizes, tree.parents, strict=True) if parent >= 0)
-        self._waiting = np.empty(max(ends, default=0))
-        self._made = np.empty(max(sizes, default=0))
+        self.sizes = [0, 0]
+        there: list[list[int]] = [[], []]  # groups, in the order of their places; most are taken up from the end
+        for g, stack in enumerate(self.stack):
+            below = there[stack]
+            while below and 0 <= parents[below[-1]] < g:
+                below.pop()
+            self.start.append(self.start[below[-1]] + numbers[below[-1]] if below else 0)
+            below.append(g)
+            self.sizes[stack] = max(self.sizes[stack], self.start[g] + numbers[g])
+        self._memory = [np.empty(size) for size in self.sizes]
 
-    def zeros(self, n: int) -> Array:
-        """(n, n) array for the one that is being made."""
-        part = self._made[: n * n].reshape(n, n)
-        part[:] = 0.0
-        return part
-
-    def keep(self, g: int, lower: Array) -> Array:
-        """A copy of the Schur complement of a group, that waits."""
-        n = len(lower)
-        kept = self._waiting[self.start[g] : self.start[g] + n * n].reshape(n, n)
-        kept[:] = lower.T
-        return kept.T
+    def place(self, g: int, n: int) -> Array:
+        """(n, n) array for the Schur complement of a group."""
+        start = self.start[g]
+        return self._memory[self.stack[g]][start : start + n * n].reshape(n, n)
 
 
-def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], Array]:
-    """Eliminate group by group; the rows of the factor, and the lower triangle of the Schur complement of all groups."""
+def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], list[_Update]]:
+    """Eliminate group by group; the rows of the factor, and what adds to the unknowns left, which are counted from 0."""
     first = int(tree.start[-1])
-    complement = K[first:, first:].toarray(order="F")
-    waiting: list[list[_Update]] = [[] for _ in tree.borders]
+    waiting: list[list[_Update]] = [[] for _ in (*tree.borders, first)]  # the last ones are for no group
     eliminated, workspace = [], Workspace(tree)
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
-        frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], workspace)
-        done, rest = _Eliminated.from_front(*frontal)
+        place = workspace.place(g, len(border))
+        done, rest = _Eliminated.from_front(*_frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], place))
         eliminated.append(done)
-        if parent >= 0:
-            waiting[parent].append((border, workspace.keep(g, rest)))
-        elif len(border):
-            _add(complement.T, border - first, border - first, rest.T)
-    return eliminated, complement
+        waiting[g] = []
+        waiting[parent].append((border, rest))
+    return eliminated, [(border - first, rest) for border, rest in waiting[-1]]
 
 
 def _frontal(
-    K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update], workspace: Workspace
+    K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update], place: Array
 ) -> tuple[Array, Array, Array]:
     """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K and the Schur
-    complements of earlier groups."""
+    complements of earlier groups; `rest` lies in `place`."""
     k, n = b - a, b - a + len(border)
     entries = slice(K.indptr[a], K.indptr[b])
     rows, columns = K.indices[entries], np.repeat(np.arange(k), np.diff(K.indptr[a : b + 1]))
@@ -242,8 +237,9 @@ def _frontal(
             cut = int(np.searchsorted(unknowns, b))
             at = np.concatenate([unknowns[:cut] - a, k + np.searchsorted(border, unknowns[cut:])])
             _add_numbers(front, at, at, lower.T)
-        return front[:k, :k].copy().T, front[:k, k:].copy().T, front[k:, k:].copy().T
-    own, below, rest = np.zeros((k, k)), np.zeros((k, n - k)), workspace.zeros(n - k)
+        place[:] = front[k:, k:]
+        return front[:k, :k].copy().T, front[:k, k:].copy().T, place.T
+    own, below, place[:] = np.zeros((k, k)), np.zeros((k, n - k)), 0.0
     inner = rows < k
     own[columns[inner], rows[inner]] = K.data[entries][inner]
     below[columns[~inner], rows[~inner] - k] = K.data[entries][~inner]
@@ -252,8 +248,8 @@ def _frontal(
         first, later = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
         _add(own, first, first, part[:cut, :cut])
         _add(below, first, later, part[:cut, cut:])
-        _add(rest, later, later, part[cut:, cut:])
-    return own.T, below.T, rest.T
+        _add(place, later, later, part[cut:, cut:])
+    return own.T, below.T, place.T
 
 
 def _add(to: Array, rows: Index, columns: Index, part: Array) -> None:
@@ -283,15 +279,21 @@ def runs(numbers: Index) -> list[tuple[int, int]]:
     return list(pairwise(ends))
 
 
-def _expressed(S: Array, basis: sp.csr_array, passive: Index, active: Index) -> tuple[Array, Array, Array]:
-    """The blocks [[own, .], [below, rest]] of the passive and the active unknowns of basis.T @ S @ basis, S being symmetric
-    and by columns."""
-    basis, n, m = basis.tocsc()[:, np.append(passive, active)], len(passive), len(active)
+def _expressed(
+    K: sp.csc_array, complements: list[_Update], basis: sp.csc_array, n: int
+) -> tuple[Array, Array, Array]:
+    """The blocks [[own, .], [below, rest]], n first, of basis.T @ S @ basis, S being the sparse K and the complements, lower
+    triangles all of them; the complements are overwritten."""
+    m = basis.shape[1] - n
     own, below, rest = np.empty((n, n), order="F"), np.empty((m, n), order="F"), np.empty((m, m), order="F")
+    sparse = (basis.T @ (K + sp.tril(K, -1).T) @ basis).tocsc()
+    dense = [(basis[unknowns], _symmetric(lower)) for unknowns, lower in complements]
     for first in range(0, n + m, BLOCK):
         end = min(first + BLOCK, n + m)
-        half = np.ascontiguousarray((basis[:, first:end].T @ S.T).T)  # S.T by rows, else the product would copy it
-        columns = basis.T @ half
+        columns = sparse[:, first:end].toarray(order="F")
+        for part, S in dense:
+            half = np.ascontiguousarray((part[:, first:end].T @ S.T).T)  # S.T by rows, else the product would copy it
+            columns += part.T @ half
         k = max(min(n, end) - first, 0)
         own[:, first : first + k], below[:, first : first + k] = columns[:n, :k], columns[n:, :k]
         rest[:, first + k - n : end - n] = columns[n:, k:]

@@ -90,11 +90,12 @@ def test_schur_complements_that_wait_do_not_share_memory(seed: int) -> None:
     parents = [int(rng.integers(g + 1, n + 1)) for g in range(n)]
     parents = [-1 if parent == n else parent for parent in parents]
     borders = [np.arange(rng.integers(1, 9)) for _ in range(n)]
-    start = Workspace(EliminationTree(np.arange(n + 1), borders, parents)).start
-    for g in range(n):
-        waiting = [i for i in range(g + 1) if parents[i] > g]  # once that of g has been made
-        taken = [place for i in waiting for place in range(start[i], start[i] + len(borders[i]) ** 2)]
-        assert len(taken) == len(set(taken))
+    workspace = Workspace(EliminationTree(np.arange(n + 1), borders, parents))
+    for g in range(n):  # while that of g is made: those that it takes up are still there
+        there = [i for i in range(g + 1) if parents[i] >= g or parents[i] == -1 or i == g]
+        places = [(workspace.stack[i], workspace.start[i] + j) for i in there for j in range(len(borders[i]) ** 2)]
+        assert len(places) == len(set(places))
+        assert all(place < workspace.sizes[stack] for stack, place in places)
 
 
 def test_counted_operations_are_those_of_the_fronts() -> None:
