@@ -212,8 +212,8 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
     waiting: list[list[_Update]] = [[] for _ in (*tree.borders, first)]  # the last ones are for no group
     eliminated, workspace = [], Workspace(tree)
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
-        place = workspace.place(g, len(border))
-        done, rest = _Eliminated.from_front(*_frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], place))
+        a, b, place = int(tree.start[g]), int(tree.start[g + 1]), workspace.place(g, len(border))
+        done, rest = _Eliminated.from_front(*_frontal(K, a, b, border, waiting[g], place))
         eliminated.append(done)
         waiting[g] = []
         waiting[parent].append((border, rest))
