@@ -279,9 +279,7 @@ def runs(numbers: Index) -> list[tuple[int, int]]:
     return list(pairwise(ends))
 
 
-def _expressed(
-    K: sp.csc_array, complements: list[_Update], basis: sp.csc_array, n: int
-) -> tuple[Array, Array, Array]:
+def _expressed(K: sp.csc_array, complements: list[_Update], basis: sp.csc_array, n: int) -> tuple[Array, Array, Array]:
     """The blocks [[own, .], [below, rest]], n first, of basis.T @ S @ basis, S being the sparse K and the complements, lower
     triangles all of them; the complements are overwritten."""
     m = basis.shape[1] - n
