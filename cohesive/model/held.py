@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from meshing.cells import CELLS
 from meshing.paths import as_text
@@ -99,8 +100,8 @@ class _Pieces:
         nodes = np.concatenate([block.ravel() for _, block in blocks])
         owner = np.repeat(label, np.concatenate([np.full(len(block), block.shape[1]) for _, block in blocks]))
         count = int(label.max()) + 1
-        pairs = np.unique(owner * len(points) + nodes)
-        owner, nodes = np.divmod(pairs, len(points))
+        pairs = sp.coo_array((np.ones(len(nodes), dtype=bool), (owner, nodes)), shape=(count, len(points))).tocsr()
+        owner, nodes = np.repeat(np.arange(count), np.diff(pairs.indptr)), pairs.indices.astype(np.int64)
         of_node = np.full(len(points), -1)
         of_node[nodes[::-1]] = owner[::-1]  # the first one stays
         further = of_node[nodes] != owner
