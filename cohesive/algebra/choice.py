@@ -14,7 +14,7 @@ from ..arrays import Array, Index
 from ..elements.bulk import ElasticBlock
 from ..errors import SceneError
 from .bordered import DenseStiffness, SparseStiffness, Stiffness
-from .condensation import Condensed, EliminationTree, Workspace
+from .condensation import Condensed, EliminationTree, Places
 from .dissection import nested_dissection
 from .unknowns import Unknowns
 
@@ -218,7 +218,7 @@ class Part:
     def memory(self) -> float:
         """Bytes: the factor and its last rows, the stiffness, and what either comes from or what its factor takes."""
         left, active = self.basis.shape[1], len(self.active)
-        before, after = sum(Workspace(self.tree).sizes), active**2
+        before, after = sum(Places.from_tree(self.tree).sizes), active**2
         return float(_DENSE * (self.tree.cost()[1] + left * (left - active) + active**2 + max(before, after)))
 
     def condensed(self, why: str) -> Condensation:

@@ -171,53 +171,59 @@ class Condensed:
 _Update = tuple[Index, Array]
 
 
-class Workspace:
-    """Memory of the Schur complements, used again and again: to write to fresh memory takes ten times as long.
+@dataclass(frozen=True)
+class Places:
+    """Where Schur complements lie in memory that is used again and again: to write to fresh memory takes ten times as long.
 
     They lie in two stacks: the complement of a group in one, those that the group takes up in the other. What no group takes
     up stays.
 
     Attributes
     ----------
-    stack, start : for each group in which stack its Schur complement lies, and from where on
-    sizes : of the stacks
+    stack, start : for each group in which stack its complement lies, and from where on
+    sizes : of the stacks, in numbers
     """
 
-    def __init__(self, tree: EliminationTree) -> None:
+    stack: list[int]
+    start: list[int]
+    sizes: tuple[int, int]
+
+    @classmethod
+    def from_tree(cls, tree: EliminationTree) -> Places:
         parents, numbers = tree.parents, [len(border) ** 2 for border in tree.borders]
-        self.stack = [0] * len(parents)
+        stack = [0] * len(parents)
         for g in range(len(parents) - 1, -1, -1):
-            self.stack[g] = 1 - self.stack[parents[g]] if parents[g] >= 0 else 0
-        self.start: list[int] = []
-        self.sizes = [0, 0]
+            stack[g] = 1 - stack[parents[g]] if parents[g] >= 0 else 0
+        start: list[int] = []
+        sizes = [0, 0]
         there: list[list[int]] = [[], []]  # groups, in the order of their places; most are taken up from the end
-        for g, stack in enumerate(self.stack):
-            below = there[stack]
+        for g, below in enumerate(there[which] for which in stack):
             while below and 0 <= parents[below[-1]] < g:
                 below.pop()
-            self.start.append(self.start[below[-1]] + numbers[below[-1]] if below else 0)
+            start.append(start[below[-1]] + numbers[below[-1]] if below else 0)
             below.append(g)
-            self.sizes[stack] = max(self.sizes[stack], self.start[g] + numbers[g])
-        self._memory = [np.empty(size) for size in self.sizes]
-
-    def place(self, g: int, n: int) -> Array:
-        """(n, n) array for the Schur complement of a group."""
-        start = self.start[g]
-        return self._memory[self.stack[g]][start : start + n * n].reshape(n, n)
+            sizes[stack[g]] = max(sizes[stack[g]], start[g] + numbers[g])
+        return cls(stack, start, (sizes[0], sizes[1]))
 
 
 def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], list[_Update]]:
     """Eliminate group by group; the rows of the factor, and what adds to the unknowns left, which are counted from 0."""
-    first = int(tree.start[-1])
-    waiting: list[list[_Update]] = [[] for _ in (*tree.borders, first)]  # the last ones are for no group
-    eliminated, workspace = [], Workspace(tree)
+    places, first = Places.from_tree(tree), int(tree.start[-1])
+    memory = [np.empty(size) for size in places.sizes]
+    eliminated, left = [], []
+    waiting: list[list[_Update]] = [[] for _ in tree.borders]
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
-        a, b, place = int(tree.start[g]), int(tree.start[g + 1]), workspace.place(g, len(border))
-        done, rest = _Eliminated.from_front(*_frontal(K, a, b, border, waiting[g], place))
+        n, begin = len(border), places.start[g]
+        place = memory[places.stack[g]][begin : begin + n * n].reshape(n, n)
+        frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], place)
+        done, complement = _Eliminated.from_front(*frontal)
         eliminated.append(done)
         waiting[g] = []
-        waiting[parent].append((border, rest))
-    return eliminated, [(border - first, rest) for border, rest in waiting[-1]]
+        if parent >= 0:
+            waiting[parent].append((border, complement))
+        elif n:
+            left.append((border - first, complement))
+    return eliminated, left
 
 
 def _frontal(

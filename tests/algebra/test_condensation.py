@@ -18,7 +18,7 @@ import cohesive.simulation
 from cohesive import Scene, run
 from cohesive.algebra.bordered import Border, DenseStiffness, SparseStiffness
 from cohesive.algebra.bulk_matrix import bulk_stiffness
-from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree, Workspace, runs
+from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree, Places, runs
 from cohesive.algebra.dissection import nested_dissection
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from cohesive.model.build import build
@@ -83,6 +83,14 @@ def test_fronts_give_the_schur_complement_and_the_way_back(sizes: dict[str, int]
     np.testing.assert_allclose(found, basis @ others, atol=1e-11 * abs(found).max())
 
 
+def test_parts_that_touch_nothing_else() -> None:
+    """Of a diagonal matrix: what is eliminated adds nothing to what is left, and does not move with it."""
+    K, identity = sp.csc_array(np.diag([2.0, 3.0, 4.0, 5.0])), sp.eye_array(2, format="csr")
+    condensed = Condensed.eliminate(K, EliminationTree.from_pattern(K, np.array([0, 1, 2])), identity, np.array([0, 1]))
+    np.testing.assert_array_equal(condensed.stiffness, np.diag([4.0, 5.0]))
+    np.testing.assert_array_equal(condensed.recover(np.array([0.1, -0.2])), [0.0, 0.0, 0.1, -0.2])
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_schur_complements_that_wait_do_not_share_memory(seed: int) -> None:
     """Also where they are not taken up in the order in which they were made, and some are never taken up."""
@@ -90,12 +98,12 @@ def test_schur_complements_that_wait_do_not_share_memory(seed: int) -> None:
     parents = [int(rng.integers(g + 1, n + 1)) for g in range(n)]
     parents = [-1 if parent == n else parent for parent in parents]
     borders = [np.arange(rng.integers(1, 9)) for _ in range(n)]
-    workspace = Workspace(EliminationTree(np.arange(n + 1), borders, parents))
+    places = Places.from_tree(EliminationTree(np.arange(n + 1), borders, parents))
     for g in range(n):  # while that of g is made: those that it takes up are still there
         there = [i for i in range(g + 1) if parents[i] >= g or parents[i] == -1 or i == g]
-        places = [(workspace.stack[i], workspace.start[i] + j) for i in there for j in range(len(borders[i]) ** 2)]
-        assert len(places) == len(set(places))
-        assert all(place < workspace.sizes[stack] for stack, place in places)
+        taken = [(places.stack[i], places.start[i] + j) for i in there for j in range(len(borders[i]) ** 2)]
+        assert len(taken) == len(set(taken))
+        assert all(place < places.sizes[stack] for stack, place in taken)
 
 
 def test_counted_operations_are_those_of_the_fronts() -> None:
