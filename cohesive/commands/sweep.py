@@ -31,6 +31,7 @@ def add_parser(commands: Commands) -> None:
         "--vary", action="append", required=True, metavar="KEY=VALUES",
         help="values by commas, or FIRST:LAST:COUNT, as in material.Gf=0.05:0.10:6 or mesh.crack_size=0.5,1,2",
     )  # fmt: skip
+    p.add_argument("--pictures", action="store_true", help="draw those of each run, too, which takes longer than a small run")
     p.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
     p.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster of a scheduler, or 'local' for one here")
     p.set_defaults(execute=_execute)
@@ -53,7 +54,9 @@ def _execute(options: argparse.Namespace) -> int:
             bar.set_postfix_str(run.name)
 
         try:
-            found = sweep(scene, vary, options.workers, executor=executor, output=folder, on_run=on_run)
+            found = sweep(
+                scene, vary, options.workers, executor=executor, output=folder, pictures=options.pictures, on_run=on_run
+            )
         except KeyboardInterrupt as error:
             if not isinstance(partial := getattr(error, "result", None), Sweep):
                 raise

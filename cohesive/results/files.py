@@ -28,10 +28,11 @@ if TYPE_CHECKING:
     from .run_data import RunData
 
 
+#: pictures of a run, but for those of a search for crack paths
+PICTURES = ("mesh.png", "curve.png", "deformed.png")
+
 #: all files of a run but its frames, its inputs and its checkpoint
-FILES = (
-    "mesh.png", "curve.png", "deformed.png", "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml",
-)  # fmt: skip
+FILES = (*PICTURES, "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml")
 
 
 class HistoryWriter:
@@ -145,6 +146,12 @@ def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
 def frame_files(folder: Path) -> list[Path]:
     """The frames of an earlier run."""
     return [path for path in folder.glob("frame_*.vtu") if path.stem.removeprefix("frame_").isdigit()]
+
+
+def remove_pictures(folder: Path) -> None:
+    """Without those of an earlier run."""
+    for name in PICTURES:
+        (folder / name).unlink(missing_ok=True)
 
 
 def check_names(folder: Path) -> None:

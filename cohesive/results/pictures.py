@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..errors import SceneError
 from .body_figures import save_deformed
 from .figures import save_curve
-from .files import write_file
+from .files import PICTURES, write_file
 from .mesh_figure import save_mesh
 
 if TYPE_CHECKING:
@@ -29,12 +29,8 @@ def write_pictures(data: RunData, folder: Path) -> list[str]:
         If a file cannot be written.
     """
     notes = []
-    pictures = (
-        ("mesh.png", partial(save_mesh, data.scene, data.model.mesh)),
-        ("curve.png", partial(save_curve, data)),
-        ("deformed.png", partial(save_deformed, data)),
-    )
-    for name, draw in pictures:
+    draws = (partial(save_mesh, data.scene, data.model.mesh), partial(save_curve, data), partial(save_deformed, data))
+    for name, draw in zip(PICTURES, draws, strict=True):
         path = folder / name
         if not data.steps and name != "mesh.png":
             path.unlink(missing_ok=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scenes.reference import load_reference
-from .files import check_names, make_folder, write_frames, write_history, write_run, write_scene
+from .files import check_names, make_folder, remove_pictures, write_frames, write_history, write_run, write_scene
 from .frames import Frame, frame_mesh
 from .inputs import copy_inputs
 from .notebook import html_of
@@ -103,12 +103,16 @@ class Result(RunData):
         )  # fmt: skip
         return loaded
 
-    def save(self, folder: str | Path) -> None:
+    def save(self, folder: str | Path, pictures: bool = True) -> None:
         """Write history.csv, mesh.png, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json, copies
         of the files that the scene names in inputs, and path.csv and path.png, if the crack path was looked for.
 
         Each file is written under a temporary name and then renamed. Pictures and frames of an earlier run into the same
         folder are replaced. A picture that cannot be drawn is left out, and a note says why.
+
+        Parameters
+        ----------
+        pictures : whether mesh, curve and deformed body are drawn, which takes most of the time after a small run.
 
         Raises
         ------
@@ -116,8 +120,7 @@ class Result(RunData):
             If the folder cannot be written, a folder has the name of a file, or scene.toml cannot hold a softening curve
             that is not registered; all other files are there then.
         """
-        from .path_files import write_found
-        from .pictures import write_pictures  # with matplotlib, which is slow to import
+        from .path_files import write_found  # with matplotlib, which is slow to import
 
         if self.told is not None:
             raise ValueError("a result that was loaded from its folder is not written again; expected a copy of its folder")
@@ -132,7 +135,12 @@ class Result(RunData):
         except SceneError as error:  # which does not cost the results
             failed, copied = error, self.scene.data
         write_history(self, folder)
-        self.notes += [note for note in write_pictures(self, folder) if note not in self.notes]
+        if pictures:
+            from .pictures import write_pictures
+
+            self.notes += [note for note in write_pictures(self, folder) if note not in self.notes]
+        else:
+            remove_pictures(folder)
         write_frames(self, folder)
         write_found(self, folder)
         self.timings["output"] = time.perf_counter() - clock

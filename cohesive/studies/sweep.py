@@ -147,12 +147,14 @@ class _Task:
     scene : Scene, or why there is none
     start : pickled Scene that is prepared for it and others like it; None: it has a mesh of its own
     folder : for its files, or None
+    pictures : whether they are among them
     """
 
     run: SweptRun
     scene: Scene | str
     start: bytes | None
     folder: Path | None
+    pictures: bool
 
 
 def sweep(
@@ -162,6 +164,7 @@ def sweep(
     *,
     executor: Executor | None = None,
     output: str | Path | None = None,
+    pictures: bool = False,
     on_run: Callable[[SweptRun], None] | None = None,
 ) -> Sweep:
     """Run a scene with every combination of some values.
@@ -177,6 +180,7 @@ def sweep(
         `if __name__ == "__main__":`.
     executor : runs the scenes in place of these processes, as that of a Dask client does.
     output : folder for the files of each run, in subfolders; `Sweep.save` writes table and figure.
+    pictures : whether they are drawn for each run, which takes longer than a small run.
     on_run : called after every run with it.
 
     Raises
@@ -194,7 +198,7 @@ def sweep(
     [True, True]
     """
     values = _checked(vary)
-    tasks = _tasks(scene, values, None if output is None else Path(output))
+    tasks = _tasks(scene, values, None if output is None else Path(output), pictures)
     done: dict[str, SweptRun] = {}
 
     def found() -> Sweep:
@@ -228,7 +232,7 @@ def _checked(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
     return values
 
 
-def _tasks(scene: Scene, values: dict[str, list[Any]], folder: Path | None) -> list[_Task]:
+def _tasks(scene: Scene, values: dict[str, list[Any]], folder: Path | None, pictures: bool) -> list[_Task]:
     """The runs of the grid."""
     points = [dict(zip(values, each, strict=True)) for each in itertools.product(*values.values())]
     moved = [key for key in values if not is_kept(scene, key)]
@@ -247,7 +251,7 @@ def _tasks(scene: Scene, values: dict[str, list[Any]], folder: Path | None) -> l
         except (SceneError, MeshError) as error:
             one = str(error)
             errors.append(error)
-        tasks.append(_Task(SweptRun(name, point, None, ""), one, starts[repr(own)], where))
+        tasks.append(_Task(SweptRun(name, point, None, ""), one, starts[repr(own)], where, pictures))
     if len(errors) == len(tasks):
         raise errors[0]
     return tasks
@@ -269,8 +273,8 @@ def _elsewhere(tasks: list[_Task], count: int, executor: Executor | None) -> Ite
         futures = {pool.submit(_done, task if executor is None else replace(task, folder=None)): task for task in ordered}
         try:
             for future in as_completed(futures):
-                each, where = future.result(), futures[future].folder
-                yield _saved(each, where) if executor is not None else each
+                each = future.result()
+                yield _saved(each, futures[future]) if executor is not None else each
         finally:
             for future in futures:
                 future.cancel()
@@ -288,15 +292,15 @@ def _done(task: _Task) -> SweptRun:
     except Exception as error:  # one run of many: its row says so
         reason = f"{type(error).__name__}: {error}"
     each = replace(task.run, result=result if isinstance(result, Result) else None, reason=reason)
-    return _saved(each, task.folder)
+    return _saved(each, task)
 
 
-def _saved(each: SweptRun, folder: Path | None) -> SweptRun:
+def _saved(each: SweptRun, task: _Task) -> SweptRun:
     """A run whose files are written, or its reason tells why not."""
-    if folder is None or each.result is None:
+    if task.folder is None or each.result is None:
         return each
     try:
-        each.result.save(folder)
+        each.result.save(task.folder, task.pictures)
     except SceneError as error:
         return replace(each, reason=each.reason or str(error))
     return each

@@ -14,6 +14,7 @@ import cohesive.studies.sweep
 from cohesive import SceneError, prepare, run, sweep
 from cohesive.commands.command_line import main
 from cohesive.errors import Interrupted
+from cohesive.results.files import PICTURES
 from cohesive.studies.sweep import SweptRun
 from tests.builders import assert_same_history, block
 
@@ -123,6 +124,17 @@ def test_the_command_writes_table_figure_and_runs(tmp_path: Path, capsys: pytest
     assert main(["sweep", "notched-beam", *vary, *sizes, "-o", str(tmp_path)]) == 0
     assert capsys.readouterr().out.splitlines()[1].split()[:3] == ["run-1", "0.05", "linear"]
     assert {"sweep.csv", "sweep.png", "sweep.txt", "run-1", "run-4"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_pictures_of_single_runs_are_there_if_asked_for(tmp_path: Path) -> None:
+    """Those of an earlier sweep go."""
+    command = ["sweep", "notched-beam", "--vary", "material.Gf=0.05,0.1", "--workers", "1", "-o", str(tmp_path)]
+    command += ["--set", "mesh.crack_size=5", "--set", "mesh.far_size=20", "--set", "stage.0.steps=2"]
+    for asked in (True, False):
+        assert main([*command, *["--pictures"] * asked]) == 0
+        names = {path.name for path in (tmp_path / "run-2").iterdir()}
+        assert {"history.csv", "run.json", "scene.toml", "frames.pvd"} <= names
+        assert set(PICTURES) & names == (set(PICTURES) if asked else set())
 
 
 @pytest.mark.parametrize(
