@@ -68,6 +68,8 @@ CRACK = {
 #: both ways of solving, with fewer steps
 BOTH = {"T3 2e4": SIZES["T3 2e4"], "band 2e3": SIZES["band 2e3"]}
 BOTH_STEPS = 12
+#: of a sweep
+MATERIALS = 20
 
 Row = dict[str, float]
 
@@ -193,12 +195,9 @@ def command(size: Size | None, repeats: int = 3) -> Row:
     Imports are those of a process that does nothing else, frames the difference to a run that writes none.
     """
 
-    def process(*arguments: str) -> float:
-        return best_of(1, lambda: subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL))
-
     def run(folder: str, *more: str) -> tuple[float, Row]:
         sets = [word for key, value in changes(size).items() for word in ("--set", f"{key}={value}")] if size else []
-        seconds = process("-m", "cohesive", "run", "notched-beam", "-o", folder, *sets, *more)
+        seconds = _process("-m", "cohesive", "run", "notched-beam", "-o", folder, *sets, *more)
         return seconds, json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))["timings"]
 
     ours = "cohesive.commands.run"
@@ -208,7 +207,7 @@ def command(size: Size | None, repeats: int = 3) -> Row:
         loads: list[list[float]] = []
         runs, bare = [], []
         for _ in range(repeats):
-            loads.append([process("-c", code) for code in codes])
+            loads.append([_process("-c", code) for code in codes])
             runs.append(run(folder))
             bare.append(run(folder, "--set", "output.frames=0"))
     python, libraries, drawing = (min(column) for column in zip(*loads, strict=True))
@@ -355,15 +354,26 @@ def split() -> dict[str, dict[str, Row]]:
     """Where the seconds of the command go: print them for two sizes of the beam, and return them."""
     columns = {"as it is": command(None), "1e5 unknowns": command(SIZES["T3 1e5"], 2)}
     rows = {part: [row[part] for row in columns.values()] for part in columns["as it is"]}
-    return {"command": table("From `cohesive run notched-beam` to its exit, seconds", tuple(columns), rows)}
+    found = {"command": table("From `cohesive run notched-beam` to its exit, seconds", tuple(columns), rows)}
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = ("sweep", "notched-beam", "--vary", f"material.Gf=0.05:0.1:{MATERIALS}", "--workers", "1", "-o", folder)
+        swept = best_of(3, lambda: _process("-m", "cohesive", *arguments))
+    one = columns["as it is"]["whole command"]
+    title = f"`cohesive sweep` over {MATERIALS} materials in one process, over one run (seconds)"
+    return found | {"sweep": table(title, ("sweep", "run", "ratio"), {"as it is": [swept, one, swept / one]})}
+
+
+def _process(*arguments: str) -> float:
+    """Seconds of a process of this interpreter."""
+    return best_of(1, lambda: subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL))
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--large", action="store_true", help="also 1e5 unknowns with other elements and with the band")
-    parser.add_argument("--million", action="store_true", help="only one run with 1e6 unknowns: a minute or two, 7 GB")
+    parser.add_argument("--million", action="store_true", help="only one run with 1e6 unknowns: a minute, 3 GB")
     parser.add_argument("--meshing", action="store_true", help="only meshes with and without division, to 1e6 unknowns")
-    parser.add_argument("--command", action="store_true", help="only where the seconds of the command go")
+    parser.add_argument("--command", action="store_true", help="only where the seconds of a command go, and a sweep")
     options = parser.parse_args()
     begin_with_one()  # as the command does
     if options.million:
