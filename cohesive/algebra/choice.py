@@ -14,8 +14,8 @@ from ..arrays import Array, Index
 from ..elements.bulk import ElasticBlock
 from ..errors import SceneError
 from .bordered import DenseStiffness, SparseStiffness, Stiffness
-from .condensation import Condensed, EliminationTree, Places
-from .dissection import nested_dissection
+from .condensation import Condensed, EliminationTree
+from .dissection import incidence, nested_dissection
 from .unknowns import Unknowns
 
 #: an operation of a sparse factorization takes the time of so many dense ones
@@ -218,7 +218,7 @@ class Part:
     def memory(self) -> float:
         """Bytes: the factor and its last rows, the stiffness, and what either comes from or what its factor takes."""
         left, active = self.basis.shape[1], len(self.active)
-        before, after = sum(Places.from_tree(self.tree).sizes), active**2
+        before, after = sum(self.tree.places.sizes), active**2
         return float(_DENSE * (self.tree.cost()[1] + left * (left - active) + active**2 + max(before, after)))
 
     def condensed(self, why: str) -> Condensation:
@@ -246,12 +246,13 @@ class Whole:
 
     @classmethod
     def from_bulk(cls, bulk: Bulk) -> Whole:
-        m, free = len(bulk.points), bulk.unknowns.rotations.min(initial=bulk.unknowns.drives[0])
+        m = len(bulk.points)
         cells = [bulk.leader[block.cells] for block in (*bulk.elastic, *bulk.cracking)]
         group, beside = nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64))
         order, start = _grouped(group, beside)
-        tree = EliminationTree.from_pattern(_lower(_linked(cells, m), order), np.append(start, m))
-        unknowns = np.bincount(bulk.unknowns.node[:free], minlength=m)
+        nodes_of = incidence(cells, m)
+        tree = EliminationTree.from_pattern(_lower((nodes_of.T @ nodes_of).tocsc(), order), np.append(start, m))
+        unknowns = np.bincount(bulk.unknowns.node, minlength=m)
         return cls(bulk, group, beside, *tree.cost(unknowns[order]))
 
     @property
@@ -274,17 +275,6 @@ class Whole:
         stiffness = SparseStiffness(self.bulk.reduced(unknowns.transform), order, worth)
         recover = Recovery(unknowns.transform, self.bulk.points.shape)
         return Condensation("whole", stiffness, np.arange(len(order)), recover, why)
-
-
-def _linked(cells: Sequence[Index], m: int) -> sp.csc_array:
-    """(m, m) pattern of the nodes that elements have in common."""
-    around = [
-        sp.csr_array((np.ones(block.size, dtype=bool), block.ravel(), np.arange(0, block.size + 1, block.shape[1])),
-                     shape=(len(block), m))
-        for block in cells
-    ]  # fmt: skip
-    whole = sp.vstack(around, format="csr")
-    return (whole.T @ whole).tocsc()
 
 
 def _grouped(group: Index, beside: Index) -> tuple[Index, Index]:

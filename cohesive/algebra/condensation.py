@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -63,6 +64,11 @@ class EliminationTree:
             parents.append(parent)
         return cls(start, borders, parents)
 
+    @cached_property
+    def places(self) -> Places:
+        """Where the Schur complements lie."""
+        return Places.from_tree(self)
+
     def cost(self, sizes: Index | None = None) -> tuple[float, float]:
         """Floating-point operations of the elimination, and how many numbers the factor has.
 
@@ -70,8 +76,8 @@ class EliminationTree:
         ----------
         sizes : unknowns of each row of a matrix whose rows are nodes.
         """
-        before = np.append(0.0, np.cumsum(np.ones(self.start[-1]) if sizes is None else sizes))
-        k = np.diff(before[self.start])
+        before = self.start if sizes is None else np.append(0, np.cumsum(sizes))[self.start]
+        k = np.diff(before).astype(float)
         m = np.array([len(border) if sizes is None else sizes[border].sum() for border in self.borders], dtype=float)
         return float((k**3 / 3 + k**2 * m + k * m**2).sum()), float((k**2 + k * m).sum())
 
@@ -186,7 +192,7 @@ class Places:
 
     stack: list[int]
     start: list[int]
-    sizes: tuple[int, int]
+    sizes: list[int]
 
     @classmethod
     def from_tree(cls, tree: EliminationTree) -> Places:
@@ -203,12 +209,12 @@ class Places:
             start.append(start[below[-1]] + numbers[below[-1]] if below else 0)
             below.append(g)
             sizes[stack[g]] = max(sizes[stack[g]], start[g] + numbers[g])
-        return cls(stack, start, (sizes[0], sizes[1]))
+        return cls(stack, start, sizes)
 
 
 def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], list[_Update]]:
     """Eliminate group by group; the rows of the factor, and what adds to the unknowns left, which are counted from 0."""
-    places, first = Places.from_tree(tree), int(tree.start[-1])
+    places, first = tree.places, int(tree.start[-1])
     memory = [np.empty(size) for size in places.sizes]
     eliminated, left = [], []
     waiting: list[list[_Update]] = [[] for _ in tree.borders]

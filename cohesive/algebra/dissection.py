@@ -36,7 +36,8 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> tup
     """
     m = len(points)
     centres = np.concatenate([points[block].mean(axis=1) for block in cells])
-    every, around = _incidence(cells, m)
+    touching = incidence(cells, m).tocsc()
+    every, around = np.repeat(np.arange(m), np.diff(touching.indptr)), touching.indices.astype(np.int64)
     keep = np.isin(every, last, invert=True)
     node, element = every[keep], around[keep]
     levels = max(1, int(np.ceil(np.log2(points.size / _LEAF))))
@@ -62,13 +63,12 @@ def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> tup
     return group, beside
 
 
-def _incidence(cells: Sequence[Index], m: int) -> tuple[Index, Index]:
-    """Pairs of one of the m nodes and an element around it, node by node."""
+def incidence(cells: Sequence[Index], m: int) -> sp.csr_array:
+    """Which of the m nodes each element has, (elements, m), bool."""
     corners = np.concatenate([np.full(len(block), block.shape[1]) for block in cells])
     nodes = np.concatenate([block.ravel() for block in cells])
     start = np.append(0, np.cumsum(corners))
-    around = sp.csr_array((np.ones(len(nodes), dtype=bool), nodes, start), shape=(len(corners), m)).tocsc()
-    return np.repeat(np.arange(m), np.diff(around.indptr)), around.indices.astype(np.int64)
+    return sp.csr_array((np.ones(len(nodes), dtype=bool), nodes, start), shape=(len(corners), m))
 
 
 def _first(node: Index) -> Index:

@@ -9,7 +9,7 @@ from ..elements.rotations import stress_transformation
 from ..law.crack_plane import CrackPlane
 from .crack_planes import CrackPlanes
 
-MAX_ITERATIONS = 15  # of Box 1
+MAX_ITERATIONS = 15  # of Box 1, each with one evaluation of the law
 
 #: allowed stress error (41), as a part of ft; the paper takes 1e-6
 TOL = 1e-11
@@ -134,6 +134,7 @@ class LocalIteration:
         shapes = (m * d,), (m * d, m * d), (m * d,), (m,), strain.shape[1:]
         found = [np.zeros((n, *shape)) for shape in shapes]
         error, T, is_frozen = found[0], found[1], np.full(n, frozen)
+        error[:] = np.inf  # until it is known
 
         def is_solved() -> Mask:
             return np.asarray(abs(error).max(axis=1) <= np.maximum(self.scale, floor * abs(e).max(axis=1)))
@@ -145,10 +146,11 @@ class LocalIteration:
             step[first] = np.einsum("gak,gk->ga", self.slope0[rows[first]], change[first])
             norm[first] = np.linalg.norm(error[first], axis=1)
         left = np.arange(n)
-        for iteration in range(MAX_ITERATIONS + 1):
+        for _ in range(MAX_ITERATIONS):
             start = e[left]
-            e[left], is_frozen[left] = start + step[left], frozen and not iteration
-            _store(found, left, self._at(e[left], strain[left], rows[left], frozen and not iteration))
+            e[left], is_frozen[left] = start + step[left], frozen
+            _store(found, left, self._at(e[left], strain[left], rows[left], frozen))
+            frozen = False
             # if the full step raises the error the first shorter one is taken that does not, else the full one
             rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm[left]))
             for length in _LENGTHS:
@@ -228,9 +230,9 @@ def _least_norm(M: Array, right: Array) -> Array:
     try:
         inverse = np.linalg.inv(M)
     except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.pinv(M, rcond=CUT_OFF) @ right)
-    result = inverse @ right
-    # a single plane is regular but at a fold
-    if M.shape[1] > 3 and (close := np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2)) > _CLOSE).any():
-        result[close] = np.linalg.pinv(M[close], rcond=CUT_OFF) @ right[close]
-    return np.asarray(result)
+        inverse = np.linalg.pinv(M, rcond=CUT_OFF)
+    else:
+        if M.shape[1] > 3:  # a single plane is regular but at a fold
+            close = np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2)) > _CLOSE
+            inverse[close] = np.linalg.pinv(M[close], rcond=CUT_OFF)
+    return np.asarray(inverse @ right)

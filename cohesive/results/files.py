@@ -148,9 +148,9 @@ def frame_files(folder: Path) -> list[Path]:
     return [path for path in folder.glob("frame_*.vtu") if path.stem.removeprefix("frame_").isdigit()]
 
 
-def remove_pictures(folder: Path) -> None:
-    """Without those of an earlier run."""
-    for name in PICTURES:
+def remove(folder: Path, names: Sequence[str]) -> None:
+    """Without these files of an earlier run."""
+    for name in names:
         (folder / name).unlink(missing_ok=True)
 
 

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 
 from ..growth.found import VERTEX_COLUMNS, FoundPath
 from .figures import new_figure, save, set_title
-from .files import write_file, write_text
+from .files import remove, write_file, write_text
 
 if TYPE_CHECKING:
     from .run_data import RunData
@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 def write_found(data: RunData, folder: Path) -> None:
     """path.csv and path.png; without a search none, and those of an earlier run are removed."""
     if data.found is None:
-        for name in ("path.csv", "path.png"):
-            (folder / name).unlink(missing_ok=True)
+        remove(folder, ("path.csv", "path.png"))
         return
     text = _csv(data.found)
     write_file(folder / "path.csv", lambda path: write_text(path, text))

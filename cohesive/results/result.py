@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scenes.reference import load_reference
-from .files import check_names, make_folder, remove_pictures, write_frames, write_history, write_run, write_scene
+from .files import PICTURES, check_names, make_folder, remove, write_frames, write_history, write_run, write_scene
 from .frames import Frame, frame_mesh
 from .inputs import copy_inputs
 from .notebook import html_of
@@ -140,7 +140,7 @@ class Result(RunData):
 
             self.notes += [note for note in write_pictures(self, folder) if note not in self.notes]
         else:
-            remove_pictures(folder)
+            remove(folder, PICTURES)
         write_frames(self, folder)
         write_found(self, folder)
         self.timings["output"] = time.perf_counter() - clock

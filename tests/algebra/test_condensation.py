@@ -18,7 +18,7 @@ import cohesive.simulation
 from cohesive import Scene, run
 from cohesive.algebra.bordered import Border, DenseStiffness, SparseStiffness
 from cohesive.algebra.bulk_matrix import bulk_stiffness
-from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree, Places, runs
+from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree, runs
 from cohesive.algebra.dissection import nested_dissection
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from cohesive.model.build import build
@@ -98,7 +98,7 @@ def test_schur_complements_that_wait_do_not_share_memory(seed: int) -> None:
     parents = [int(rng.integers(g + 1, n + 1)) for g in range(n)]
     parents = [-1 if parent == n else parent for parent in parents]
     borders = [np.arange(rng.integers(1, 9)) for _ in range(n)]
-    places = Places.from_tree(EliminationTree(np.arange(n + 1), borders, parents))
+    places = EliminationTree(np.arange(n + 1), borders, parents).places
     for g in range(n):  # while that of g is made: those that it takes up are still there
         there = [i for i in range(g + 1) if parents[i] >= g or parents[i] == -1 or i == g]
         taken = [(places.stack[i], places.start[i] + j) for i in there for j in range(len(borders[i]) ** 2)]
