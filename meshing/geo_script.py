@@ -41,12 +41,12 @@ _TAGS = {"newp", "newl", "newc", "newll", "newcl", "news", "newreg"}
 
 #: entities that a statement makes, as Point(1) = {...}; a tuple is a name of two words
 _MADE = {
-    ("Point",), ("Line",), ("Circle",), ("Ellipse",), ("Spline",), ("BSpline",), ("Bezier",), ("Line", "Loop"), ("Curve", "Loop"),
-    ("Plane", "Surface"), ("Rectangle",), ("Disk",),
+    ("Point",), ("Line",), ("Circle",), ("Ellipse",), ("Spline",), ("BSpline",), ("Bezier",), ("Line", "Loop"),
+    ("Curve", "Loop"), ("Plane", "Surface"), ("Rectangle",), ("Disk",),
 }  # fmt: skip
 _BOOLEAN = {"BooleanUnion", "BooleanDifference", "BooleanIntersection", "BooleanFragments"}
 _ENTITIES = {"Point", "Line", "Curve", "Surface"}
-_SIZES = {("Characteristic", "Length"), ("MeshSize",), ("Mesh", "Size")}
+_SIZES = {("Characteristic", "Length"), ("MeshSize",)}
 _FACTORIES = {'"OpenCASCADE"', '"Built-in"'}
 
 #: words that are no names of numbers

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
+import os
 import signal
+import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from itertools import pairwise
 from types import ModuleType
 
@@ -26,6 +29,13 @@ _MOST_GROWTH = 0.5
 _NAMES = {cell.gmsh: name for name, cell in CELLS.items() if cell.gmsh is not None}
 
 
+#: gmsh has one state for the whole process
+_ONE_AT_A_TIME = threading.RLock()
+
+#: signals whose handlers gmsh replaces when it first starts, and room for one struct sigaction of any system
+_REPLACED, _ROOM = ("SIGHUP", "SIGQUIT", "SIGFPE", "SIGPIPE", "SIGTERM"), 1024
+
+
 def load_gmsh() -> ModuleType:
     """The gmsh module, or a MeshError with the install command if its system libraries are missing."""
     try:
@@ -41,21 +51,43 @@ def load_gmsh() -> ModuleType:
 
 @contextmanager
 def session() -> Iterator[ModuleType]:
-    """gmsh between its start and its end: quiet, on one thread, its errors as MeshErrors."""
+    """gmsh between its start and its end: quiet, on one thread, its errors as MeshErrors.
+
+    gmsh has one state for the whole process: a second thread waits until the first is done.
+    """
     gmsh = load_gmsh()
-    gmsh.initialize(interruptible=False)
-    with suppress(ValueError, TypeError):  # gmsh takes SIGTERM away; not from another thread or an embedding program
-        signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
+    with _ONE_AT_A_TIME:
+        with _signals_kept():
+            gmsh.initialize(interruptible=False)
+        try:
+            gmsh.option.setNumber("General.Verbosity", 0)
+            gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh on every machine
+            yield gmsh
+        except Exception as error:
+            if type(error) is Exception:  # gmsh raises nothing more specific
+                raise MeshError(f"gmsh cannot mesh this geometry: {error}") from None
+            raise
+        finally:
+            gmsh.finalize()
+
+
+@contextmanager
+def _signals_kept() -> Iterator[None]:
+    """The process's handlers of signals, which gmsh replaces, as they were: those that C code has set too, and in any thread,
+    neither of which Python's own module can do."""
+    sigaction = getattr(ctypes.CDLL(None), "sigaction", None) if os.name == "posix" else None
+    if sigaction is None:
+        yield
+        return
+    numbers = [getattr(signal, name) for name in _REPLACED]
+    before = [ctypes.create_string_buffer(_ROOM) for _ in numbers]
+    for number, action in zip(numbers, before, strict=True):
+        sigaction(number, None, action)
     try:
-        gmsh.option.setNumber("General.Verbosity", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh on every machine
-        yield gmsh
-    except Exception as error:
-        if type(error) is Exception:  # gmsh raises nothing more specific
-            raise MeshError(f"gmsh cannot mesh this geometry: {error}") from None
-        raise
+        yield
     finally:
-        gmsh.finalize()
+        for number, action in zip(numbers, before, strict=True):
+            sigaction(number, action, None)
 
 
 def add_face(gmsh: ModuleType, corners: Line) -> tuple[int, int]:
