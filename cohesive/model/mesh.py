@@ -59,6 +59,11 @@ class CrackedMesh:
         return int(self.points.shape[1])
 
     @property
+    def extent(self) -> float:
+        """Longest side of the box around the body, mm."""
+        return float(np.ptp(self.points, axis=0).max())
+
+    @property
     def sets(self) -> dict[str, Index]:
         """Nodes by name."""
         sets: dict[str, Index] = self.whole.point_sets
