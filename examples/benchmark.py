@@ -32,7 +32,7 @@ from cohesive.algebra.threads import begin_with_one
 from cohesive.model.build import build
 from cohesive.solver.march import March
 from meshing import PlaneSpecimen, refinement
-from meshing.polygon import mesh_face
+from meshing.generation.polygon import mesh_face
 
 #: crack_size, far_size, shape, order, model
 Size = tuple[float, float, str, int, str]

@@ -8,9 +8,9 @@ import meshio
 import numpy as np
 
 from meshing.cells import CELLS
+from meshing.cutting.stars import Star
 from meshing.specimens import Specimen
 from meshing.specimens.base import Pressure
-from meshing.stars import Star
 
 from ..arrays import Array
 from ..errors import SceneError

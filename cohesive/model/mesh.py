@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 
 from meshing.cells import CELLS
-from meshing.insertion import crack_front_length
+from meshing.cutting.insertion import crack_front_length
 from meshing.specimens import Specimen
 
 from ..arrays import Array, Index

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from meshing import MeshError, MeshSizes, read_band_mesh
+from tests.meshing.generation.test_band import BANDS
 from tests.meshing.measures import areas, corners
-from tests.meshing.test_band import BANDS
 
 
 def a_file(path: Path) -> Path:

@@ -4,12 +4,12 @@ import meshio
 import numpy as np
 import pytest
 
-from meshing import refinement
-from meshing.gmsh_session import collect_halved, session
-from meshing.outline import Outline
-from meshing.polygon import mesh_face, mesh_polygon
-from meshing.refinement import halved, halvings
-from meshing.sizes import MeshSizes
+from meshing.generation import refinement
+from meshing.generation.outline import Outline
+from meshing.generation.polygon import mesh_face, mesh_polygon
+from meshing.generation.refinement import halved, halvings
+from meshing.generation.session import collect_halved, session
+from meshing.generation.sizes import MeshSizes
 
 #: a plate with a notch slit, an inclined path and a named point and edge
 PLATE = Outline(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .paths import SLACK, Line, Point, nodes_on_segment
+from ..paths import SLACK, Line, Point, nodes_on_segment
 
 
 @dataclass(frozen=True)

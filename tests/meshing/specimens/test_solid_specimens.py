@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from meshing import MeshError, MeshSizes, NotchedBeam, PlaneSpecimen, PushOff, SingleCrack, SingleCrack3D
-from meshing.block import facing
+from meshing.generation.block import facing
 from tests.meshing.measures import body_volume, check_crack, normals, pieces, sides, volumes
 
 BEAMS: dict[str, dict[str, Any]] = {

@@ -11,7 +11,7 @@ import pytest
 
 from cohesive import SceneError
 from meshing import MeshError
-from meshing.geo_files import read_outline
+from meshing.files.geo import read_outline
 from tests.growth.beams import outlined_beam
 
 GEO = """

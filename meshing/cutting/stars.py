@@ -13,9 +13,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from .arrays import Index, Mask
-from .cells import BULK_2D, BULK_3D, CELLS
-from .errors import MeshError
+from ..arrays import Index, Mask
+from ..cells import BULK_2D, BULK_3D, CELLS
+from ..errors import MeshError
 
 Blocks = list[tuple[str, Index]]
 

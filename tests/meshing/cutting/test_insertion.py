@@ -8,8 +8,8 @@ import pytest
 
 from cohesive.arrays import Array, Index
 from meshing import MeshError, insert_cracks
-from meshing.insertion import crack_front_length, cut_slits, mirror_cracks
-from meshing.paths import edges_on_path
+from meshing.cutting.edges import edges_on_path
+from meshing.cutting.insertion import crack_front_length, cut_slits, mirror_cracks
 from tests.builders import MIDS, cubes, grid
 from tests.meshing.measures import (
     Where,

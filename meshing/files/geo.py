@@ -6,10 +6,10 @@ from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
-from .errors import MeshError
-from .gmsh_session import session
-from .outline import Outline
-from .paths import Line, Point
+from ..errors import MeshError
+from ..generation.outline import Outline
+from ..generation.session import session
+from ..paths import Line, Point
 
 #: straight sides in place of a curved one
 _CHORDS = 24

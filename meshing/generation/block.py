@@ -10,14 +10,14 @@ from types import ModuleType
 import meshio
 import numpy as np
 
-from .arrays import Array, Index
+from ..arrays import Array, Index
+from ..cutting.insertion import cut_slits, insert_cracks
+from ..errors import MeshError
+from ..paths import SLACK
 from .clipping import part_above
-from .errors import MeshError
 from .extrusion import with_mid_nodes
-from .gmsh_session import collect, session, size_field
-from .insertion import cut_slits, insert_cracks
-from .paths import SLACK
 from .polygon import nearest
+from .session import collect, session, size_field
 from .sizes import MeshSizes, check_count, check_not_layered
 
 #: more elements on a crack, or in a body, than a machine holds

@@ -8,13 +8,14 @@ from itertools import pairwise
 import meshio
 import numpy as np
 
-from .arrays import Index
-from .errors import MeshError
-from .gmsh_session import add_face, add_lines, collect, collect_halved, divide, generate, session, set_sizes
-from .insertion import cut_slits, insert_cracks, mirror_cracks
+from ..arrays import Index
+from ..cutting.edges import edges_on_path
+from ..cutting.insertion import cut_slits, insert_cracks, mirror_cracks
+from ..errors import MeshError
+from ..paths import SLACK, Line, Point, as_text, nodes_on_segment, path_length
 from .outline import Outline
-from .paths import SLACK, Line, Point, as_text, edges_on_path, nodes_on_segment, path_length
 from .refinement import halvings
+from .session import add_face, add_lines, collect, collect_halved, divide, generate, session, set_sizes
 from .sizes import MeshSizes, check_not_layered, check_sizes
 
 

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .arrays import Array, Index, Mask
-from .cells import CELLS
-from .errors import MeshError
-from .paths import as_text
-from .pieces import pieces
-from .stars import Blocks, Star, numbered
+from ..arrays import Array, Index, Mask
+from ..cells import CELLS
+from ..cutting.pieces import pieces
+from ..cutting.stars import Blocks, Star, numbered
+from ..errors import MeshError
+from ..paths import as_text
 
 #: nodes are at the same place if they are closer than this part of the shortest edge of the mesh that ends in them
 _NEAR = 1e-3

@@ -12,13 +12,14 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from .arrays import Index
-from .cells import BULK_2D, BULK_3D, CELLS, counter_clockwise
-from .errors import MeshError
-from .insertion import insert_cracks
-from .orientation import chained, flipped
-from .paths import Line, as_text, edges_on_path
-from .stars import Blocks, Star, bulk_cells
+from ..arrays import Index
+from ..cells import BULK_2D, BULK_3D, CELLS, counter_clockwise
+from ..cutting.edges import edges_on_path
+from ..cutting.insertion import insert_cracks
+from ..cutting.orientation import chained, flipped
+from ..cutting.stars import Blocks, Star, bulk_cells
+from ..errors import MeshError
+from ..paths import Line, as_text
 
 Crack = str | Sequence[str] | Sequence[Line]
 

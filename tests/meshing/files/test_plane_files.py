@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from meshing import MeshError, read_mesh
-from meshing.paths import edges_on_path
+from meshing.cutting.edges import edges_on_path
 from tests.builders import grid
 from tests.meshing.measures import pieces
 

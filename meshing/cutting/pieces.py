@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from .arrays import Index
-from .cells import CELLS
+from ..arrays import Index
+from ..cells import CELLS
 from .stars import Blocks, numbered
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .arrays import Array
+from ..arrays import Array
 
 
 def part_inside(polygon: Array, face: Array, slack: float) -> Array:

@@ -9,11 +9,11 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from .arrays import Array
+from ..arrays import Array
+from ..errors import MeshError
+from ..paths import Line, Point, nodes_on_segment, path_length
 from .clipping import part_inside
-from .errors import MeshError
 from .outline import Outline
-from .paths import Line, Point, nodes_on_segment, path_length
 
 #: the row may meet an edge of the body, or bend by half of a kink, at up to this angle in degrees from the square cut
 _STEEPEST = 75.0

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from meshing import MeshError, read_band_mesh, read_mesh
-from meshing.defects import check_elements
-from meshing.extrusion import with_mid_nodes
-from meshing.gmsh_session import session
-from meshing.orientation import flipped
+from meshing.cutting.orientation import flipped
+from meshing.files.defects import check_elements
+from meshing.generation.extrusion import with_mid_nodes
+from meshing.generation.session import session
 from tests.builders import cubes
 from tests.meshing.measures import X, Y, Z, body_volume, check_crack, faces_on, normals, on, pieces, sides
 

@@ -9,13 +9,13 @@ import meshio
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array, Index
-from .cells import BULK_2D, BULK_3D, CELLS
-from .errors import MeshError
-from .files import Crack, cell_members, checked, crack_facets, is_solid, listed, load, named_sets, region_numbers
-from .insertion import insert_cracks
-from .paths import SLACK
-from .stars import Blocks, bulk_cells
+from ..arrays import Array, Index
+from ..cells import BULK_2D, BULK_3D, CELLS
+from ..cutting.insertion import insert_cracks
+from ..cutting.stars import Blocks, bulk_cells
+from ..errors import MeshError
+from ..paths import SLACK
+from .reading import Crack, cell_members, checked, crack_facets, is_solid, listed, load, named_sets, region_numbers
 
 
 def read_band_mesh(

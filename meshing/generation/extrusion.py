@@ -7,13 +7,13 @@ from dataclasses import replace
 import meshio
 import numpy as np
 
-from .arrays import Array, Index
+from ..arrays import Array, Index
+from ..cells import CELLS
+from ..cutting.edges import edges_on_path
+from ..cutting.insertion import cut_slits, insert_cracks, mirror_cracks
+from ..errors import MeshError
 from .band import mesh_band
-from .cells import CELLS
-from .errors import MeshError
-from .insertion import cut_slits, insert_cracks, mirror_cracks
 from .outline import Outline
-from .paths import edges_on_path
 from .polygon import mesh_face
 from .sizes import MeshSizes
 

@@ -8,15 +8,16 @@ from types import ModuleType
 import meshio
 import numpy as np
 
-from .arrays import Array, Index
+from ..arrays import Array, Index
+from ..cutting.edges import edges_on_path
+from ..cutting.insertion import cut_slits
+from ..errors import MeshError
+from ..paths import Point, nodes_on_segment
 from .band_geometry import Strip, lay_strips
 from .clipping import part_inside
-from .errors import MeshError
-from .gmsh_session import add_face, add_lines, collect, divide, generate, session, set_sizes
-from .insertion import cut_slits
 from .outline import Outline
-from .paths import Point, edges_on_path, nodes_on_segment
 from .polygon import check_outline, edge_sets, nearest
+from .session import add_face, add_lines, collect, divide, generate, session, set_sizes
 from .sizes import MeshSizes
 
 

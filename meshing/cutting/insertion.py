@@ -12,10 +12,10 @@ from typing import NamedTuple
 import meshio
 import numpy as np
 
-from .arrays import Array, Index
-from .cells import CELLS
-from .errors import MeshError
-from .paths import as_text
+from ..arrays import Array, Index
+from ..cells import CELLS
+from ..errors import MeshError
+from ..paths import as_text
 from .stars import Blocks, Star, bulk_cells, touching
 
 

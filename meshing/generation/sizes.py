@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from .errors import MeshError
-from .keys import check_keys, key
+from ..errors import MeshError
+from ..keys import check_keys, key
 
 #: growth of the element size with the distance from the path
 GROWTH = 0.25

@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from .arrays import Index, Mask
-from .errors import MeshError
+from ..arrays import Index, Mask
+from ..errors import MeshError
 from .stars import numbered
 
 

@@ -9,8 +9,8 @@ from itertools import pairwise
 import meshio
 import numpy as np
 
-from .arrays import Array, Index
-from .cells import CELLS
+from ..arrays import Array, Index
+from ..cells import CELLS
 from .outline import Outline
 from .sizes import MeshSizes, expected_cells
 

@@ -12,10 +12,10 @@ from types import ModuleType
 import meshio
 import numpy as np
 
-from .arrays import Array, Index
-from .cells import CELLS, counter_clockwise
-from .errors import MeshError
-from .paths import Line
+from ..arrays import Array, Index
+from ..cells import CELLS, counter_clockwise
+from ..errors import MeshError
+from ..paths import Line
 from .refinement import halved
 from .sizes import GROWTH, MeshSizes
 
