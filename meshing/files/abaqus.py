@@ -20,6 +20,7 @@ _TYPES = {
     "T2D2": "line", "T3D2": "line", "B21": "line", "B31": "line", "T2D3": "line3", "T3D3": "line3", "B22": "line3",
     "B32": "line3", "S3": "triangle", "S4": "quad", "S6": "triangle6", "S8": "quad8", "STRI3": "triangle",
     "STRI65": "triangle6", "M3D3": "triangle", "M3D4": "quad", "M3D6": "triangle6", "M3D8": "quad8",
+    "CAX4P": "quad", "R3D3": "triangle", "B33": "line3",  # as meshio writes plane elements
     "SFM3D3": "triangle", "SFM3D4": "quad", "SFM3D6": "triangle6", "SFM3D8": "quad8",
 }  # fmt: skip
 _FORMULATION = re.compile(r"[RIHMS5]*")

@@ -20,6 +20,7 @@ from ..cutting.orientation import chained, flipped
 from ..cutting.stars import Blocks, Star, bulk_cells
 from ..errors import MeshError
 from ..paths import Line, as_text
+from .abaqus import read_abaqus
 
 Crack = str | Sequence[str] | Sequence[Line]
 
@@ -121,17 +122,10 @@ def load(path: Path) -> meshio.Mesh:
         if os.path.exists(path) and not os.path.isdir(path):
             raise MeshError(f"file = '{path}': it is a pipe or a device; expected a file", "file")
         raise MeshError(f"file = '{path}': there is no such file", "file")
-    said = io.StringIO()  # meshio prints why a reader does not take the file, and a blank line for a gmsh file
-    try:
-        with redirect_stdout(said), redirect_stderr(said):
-            mesh = meshio.read(path)
-    except SystemExit:  # meshio's way to say that no reader accepts the file
-        raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads", "file") from None
-    except Exception as error:
-        why = f"{type(error).__name__} {error}".strip()
-        raise MeshError(f"file = '{path}': meshio cannot read it: {why}", "file") from None
-    if remark := said.getvalue().strip():
-        print(remark, file=sys.stderr)
+    mesh = read_abaqus(path) if path.suffix.lower() == ".inp" else _by_meshio(path)
+    if not len(mesh.points) or not mesh.cells:
+        elements = sum(map(len, mesh.cells))
+        raise MeshError(f"file = '{path}': it has {len(mesh.points)} nodes and {elements} elements; expected a mesh", "file")
     _check_numbers(path, mesh)
     points = np.asarray(mesh.points, dtype=float)
     if not np.isfinite(points).all():
@@ -144,6 +138,22 @@ def load(path: Path) -> meshio.Mesh:
             f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh", "file"
         )
     mesh.points = points[:, :2]
+    return mesh
+
+
+def _by_meshio(path: Path) -> meshio.Mesh:
+    """A file as meshio reads it."""
+    said = io.StringIO()  # meshio prints why a reader does not take the file, and a blank line for a gmsh file
+    try:
+        with redirect_stdout(said), redirect_stderr(said):
+            mesh = meshio.read(path)
+    except SystemExit:  # meshio's way to say that no reader accepts the file
+        raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads", "file") from None
+    except Exception as error:
+        why = f"{type(error).__name__} {error}".strip()
+        raise MeshError(f"file = '{path}': meshio cannot read it: {why}", "file") from None
+    if remark := said.getvalue().strip():
+        print(remark, file=sys.stderr)
     return mesh
 
 
@@ -189,9 +199,10 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
     """
     points, solid = mesh.points, is_solid(mesh)
     kept = [i for i, block in enumerate(mesh.cells) if block.type in (BULK_3D if solid else BULK_2D)]
-    other = {block.type for block in mesh.cells if block.dim == 3 and block.type not in BULK_3D}
+    known = BULK_3D if solid else BULK_2D
+    other = {block.type for block in mesh.cells if block.dim == (3 if solid else 2) and block.type not in known}
     if not kept or other:
-        kinds, known = other or {b.type for b in mesh.cells}, BULK_3D if solid else BULK_2D + BULK_3D
+        kinds, known = other or {b.type for b in mesh.cells}, known if solid or kept else BULK_2D + BULK_3D
         raise MeshError(
             f"file = '{path}': its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}", "file"
         )
@@ -269,15 +280,18 @@ def named_sets(mesh: meshio.Mesh) -> tuple[dict[str, list[Index]], dict[str, Ind
 
 
 def cell_members(mesh: meshio.Mesh) -> dict[str, list[Index]]:
-    """Cells of each block by set name, gmsh's physical groups included."""
+    """Cells of each block by set name, gmsh's physical groups included: a group is told by its dimension and its tag."""
     members: dict[str, list[Index]] = {}
     for name, at in (mesh.cell_sets or {}).items():
         if not name.startswith("gmsh:"):
             members[name] = [np.asarray([] if i is None else i, dtype=np.int64) for i in at]
     physical = mesh.cell_data.get("gmsh:physical")
-    for name, (tag, _) in (mesh.field_data or {}).items():
-        if physical is not None:
-            members[name] = [np.flatnonzero(p == tag) for p in physical]
+    for name, (tag, dimension) in (mesh.field_data or {}).items():
+        if physical is not None and name not in members:  # a file of version 4 has sets, and a cell's first group besides
+            members[name] = [
+                np.flatnonzero(tags == tag) if block.dim == dimension else np.empty(0, dtype=np.int64)
+                for block, tags in zip(mesh.cells, physical, strict=True)
+            ]
     return members
 
 
