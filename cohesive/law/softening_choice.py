@@ -96,7 +96,10 @@ def curve_of(softening: Any, ft: float, Gf: float) -> Softening:
 
 def _check_between(softening: Any, curve: Softening, ft: float, Gf: float) -> None:
     """Refuse negative stress, and a work or a slope that is not the integral or the derivative of the stress."""
-    w = np.linspace(0.0, min(float(curve.end), _FURTHEST * Gf / ft), _CHECKED)
+    kinks = np.asarray(getattr(curve, "kinks", ()), dtype=float)
+    last = min(float(curve.end), _FURTHEST * Gf / ft)
+    w = np.unique(np.concatenate([np.linspace(0.0, last, _CHECKED), kinks * (1.0 - 1e-9), kinks]))  # either side of a kink
+    w = w[w <= last]
     stress, slope, step = curve.stress(w), curve.slope(w), np.diff(w)
     sums = (np.r_[0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * step)] for y in (stress, slope))
     for what, value, wanted, scale in zip(
