@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from .law.concrete import Concrete
     from .law.crack_plane import CrackPlane
     from .law.softening import register_softening
+    from .measured.curve import Measured
+    from .measured.reading import read_measured
     from .model.prepared import prepare
     from .results.result import Result
     from .scenes.scene import Scene
@@ -26,6 +28,7 @@ __all__ = [
     "Comparison",
     "Concrete",
     "CrackPlane",
+    "Measured",
     "NotConverged",
     "Result",
     "Scene",
@@ -33,6 +36,7 @@ __all__ = [
     "compare",
     "fit",
     "prepare",
+    "read_measured",
     "register_control",
     "register_softening",
     "register_specimen",
@@ -49,6 +53,7 @@ _HOME = {
     "Comparison": "studies.compare",
     "Concrete": "law.concrete",
     "CrackPlane": "law.crack_plane",
+    "Measured": "measured.curve",
     "NotConverged": "errors",
     "Result": "results.result",
     "Scene": "scenes.scene",
@@ -56,6 +61,7 @@ _HOME = {
     "compare": "studies.compare",
     "fit": "studies.fit",
     "prepare": "model.prepared",
+    "read_measured": "measured.reading",
     "register_control": "solver.controls",
     "register_softening": "law.softening",
     "register_specimen": "meshing.specimens",

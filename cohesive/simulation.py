@@ -11,6 +11,7 @@ from pathlib import Path
 from .errors import Interrupted, NotConverged, SceneError
 from .growth.found import FoundPath
 from .growth.search import find_path, found_scene
+from .measured.curve import Reference
 from .model.build import build
 from .model.model import Model
 from .model.prepared import Prepared
@@ -20,7 +21,6 @@ from .results.locking import held
 from .results.notebook import notebook_progress
 from .results.record import Record
 from .results.result import Result
-from .scenes.measured import Reference
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.march import March, Step, under_dead_loads

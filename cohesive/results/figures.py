@@ -18,7 +18,7 @@ from ..arrays import Array
 from .agreement import agreements
 
 if TYPE_CHECKING:
-    from ..scenes.measured import Reference
+    from ..measured.curve import Reference
     from .run_data import RunData
 
 #: measured curves of fewer points are drawn with a mark for each
@@ -101,9 +101,9 @@ def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str
     for i, each in enumerate(reference.curves):
         label = reference.label + (f", {len(reference.curves)} tests" if several else "") if i == 0 else None
         if each.is_band:
-            band = axes.fill_between(each.x, each.low, each.high, color="0.85")
+            band = axes.fill_between(each.x, *each.bounds, color="0.85")
             band.set_label(f"{label}, band" if label else "")
-            for bound in (each.low, each.high):
+            for bound in each.bounds:
                 axes.plot(each.x, bound, ".", color="0.6", markersize=4)
         else:
             if not several and each.name in found:

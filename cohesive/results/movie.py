@@ -98,7 +98,7 @@ def _curve(axes: Axes, views: Views) -> Callable[[int], None]:
     x, y = views.history[views.controlled], views.history["load"]
     for each in views.measured:
         if each.is_band:
-            axes.fill_between(each.x, each.low, each.high, color="0.85", label="measured")
+            axes.fill_between(each.x, *each.bounds, color="0.85", label="measured")
         else:
             axes.plot(each.x, each.y, ".", color="0.6", markersize=3, label="measured")
     axes.plot(x, y, color="0.7", linewidth=1.0)

@@ -15,8 +15,8 @@ from .pickling import without_factors
 
 if TYPE_CHECKING:
     from ..growth.found import FoundPath
+    from ..measured.curve import Reference
     from ..model.model import Model
-    from ..scenes.measured import Reference
     from ..scenes.scene import Scene
     from ..solver.problem import Problem, State
     from .record import Record

@@ -14,7 +14,7 @@ from meshing.cells import CELLS
 
 from ..arrays import Array, Index, Mask
 from ..errors import SceneError
-from ..scenes.measured import Measured
+from ..measured.curve import Measured
 from .files import frame_files
 from .result import Result
 
@@ -128,7 +128,7 @@ class Views:
             "x": _short(x),
             "load": _short(y),
             "energies": {name: _short(self.history[name]) for name in energies},
-            "measured": [{"x": _short(m.x), "low": _short(m.low), "high": _short(m.high)} for m in self.measured],
+            "measured": [dict(zip(("x", "low", "high"), map(_short, (m.x, *m.bounds)), strict=True)) for m in self.measured],
             "points": _short(self.points),
             "polygons": [corners.tolist() for corners in self.polygons],
             "crack": self.is_crack.astype(int).tolist(),

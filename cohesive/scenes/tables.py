@@ -8,7 +8,7 @@ from typing import Any
 from meshing.keys import check_keys, key
 
 from ..errors import ParameterError
-from .units import FORCES, LENGTHS, factor_of
+from ..measured.units import FORCES, LENGTHS, factor_of
 
 #: frames that a run may write: each is a file
 MOST_FRAMES = 100_000

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..measured.curve import area_under
 
 if TYPE_CHECKING:
     from ..results.run_data import RunData
@@ -81,12 +82,12 @@ class Pair:
         if self.curves[i].platen is not None:
             return float(np.interp(self.end, self.travelled[i], self.curves[i].work))
         _, opening, load = self.upto_end(i)
-        return _area(load, opening)
+        return area_under(load, opening)
 
     def under(self, i: int) -> float:
         """Area under the size of the load over the parameter, N mm."""
         s, _, load = self.upto_end(i)
-        return _area(abs(load), s)
+        return area_under(abs(load), s)
 
     def difference(self) -> tuple[Array, Array]:
         """Load of the second curve less that of the first (N), over the parameter (mm)."""
@@ -100,14 +101,7 @@ class Pair:
     def between(self) -> float:
         """Area between the curves, N mm."""
         s, gap = self.difference()
-        return _area(abs(gap), s)
-
-
-def _area(height: Array, along: Array) -> float:
-    """Area under a polyline."""
-    from scipy.integrate import trapezoid  # slow to import; NumPy has it from 2.0 on only
-
-    return float(trapezoid(height, along))
+        return area_under(abs(gap), s)
 
 
 def _travelled(openings: Sequence[Array]) -> list[Array]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import SceneError
-from ..scenes.measured import Measured
+from ..measured.curve import Measured
 from .explorer import Explorer
 
 #: largest request, bytes: a measured curve of a million rows
@@ -81,7 +81,12 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _fit(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
         x, low, high = (np.array(asked[name], dtype=float) for name in ("x", "low", "high"))
-        return self.server.explorer.fitted(changes, Measured("measured", x, low, high, is_band=bool((high > low).any())))
+        against = str(asked.get("against", ""))
+        is_band = bool((high > low).any())
+        return self.server.explorer.fitted(
+            changes,
+            Measured.from_band(x, low, high, against=against) if is_band else Measured("measured", x, low, against=against),
+        )
 
     def _path(self) -> str | None:
         """What stands behind the token; None for another token, or a name that is not this machine's."""

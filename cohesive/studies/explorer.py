@@ -16,9 +16,9 @@ from meshing.errors import MeshError
 from ..arrays import Array
 from ..errors import NotConverged, ParameterError, SceneError
 from ..law.softening import SOFTENING
+from ..measured.curve import Measured
 from ..model.prepared import Prepared, prepare
 from ..results.result import Result
-from ..scenes.measured import Measured
 from ..scenes.reference import load_reference
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
@@ -108,11 +108,12 @@ class Explorer:
             path.write_text(text, encoding="utf-8")
             try:
                 reference = load_reference(self.scene.with_(reference={"file": str(path)}))
+                assert reference is not None
+                measured = reference.curves[0].without_doubt()
             except (SceneError, ParameterError) as refused:
                 return {"error": str(refused).replace(str(path), "the file")}
-        assert reference is not None
-        (measured,) = reference.curves
-        return {"x": _numbers(measured.x), "low": _numbers(measured.low), "high": _numbers(measured.high)}
+        arrays = dict(zip(("x", "low", "high"), map(_numbers, (measured.x, *measured.bounds)), strict=True))
+        return arrays | {"against": measured.against, "notes": list(measured.notes)}
 
     def fitted(self, changes: Mapping[str, Any], measured: Measured) -> dict[str, Any]:
         """ft and Gf of a fit that starts from the changed scene, within the ends of their sliders; or `error`."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SceneError
-from ..scenes.measured import Measured, Reference
-from ..scenes.reference import load_reference
+from ..measured.curve import Measured, Reference
+from ..scenes.reference import load_reference, reference_to
 from ..scenes.scene import Scene
 from .fit_data import Data
 from .fit_intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics
@@ -20,8 +20,6 @@ from .fit_problem import FAILURES, FitProblem, Trial
 from .fit_result import Fit
 from .fitted import Minimum
 from .rig import Rig, value_of
-
-LOSSES = ("linear", "soft_l1", "band")
 
 #: changes of the numbers, and of the sum of squares, below which a fit ends
 _XTOL, _FTOL = 1e-4, 1e-5
@@ -82,10 +80,10 @@ def fit(
     ----------
     scenes : one, or several that share the numbers
     vary : {key: (low, high)}; a fit starts from what the scene has
-    reference : Reference, Measured, (x, y) in mm and N, or a CSV file; a list for several scenes. Default: what each scene
-        names
+    reference : Reference, Measured, (x, y) in mm and N, or a file (see `read_measured`); a list for several
+        scenes. Default: what each scene names
     loss : "linear" (least squares), "soft_l1" (outliers count less), or "band": nothing counts inside the measured bounds.
-        Default: "band" for a measured band, else "linear"
+        Default: of each scene its own, "band" for a measured band, else "linear"
     weights : "arc": a curve of more than 100 rows is averaged over 100 pieces of equal length; "rows": each row counts
     own : keys of which each scene has its own number, named KEY@1, KEY@2
     starts : from so many places; beyond the first by Latin hypercube. All distinct minima are reported
@@ -140,17 +138,13 @@ def _problem(
     if len(given) != len(scenes):
         raise SceneError(f"reference: {len(given)} for {len(scenes)} scenes; expected one for each", "reference")
     references = [_reference(scene, one) for scene, one in zip(scenes, given, strict=True)]
-    if loss is None:
-        loss = "band" if all(curve.is_band for one in references for curve in one.curves) else "linear"
-    if loss not in LOSSES:
-        raise SceneError(f"loss = {loss!r}: expected one of {', '.join(LOSSES)}", "loss")
-    data = [Data.from_reference(one, weights) for one in references]
+    data = [Data.from_reference(one, weights, loss) for one in references]
     for scene in scenes:
         for key in vary:
             value_of(scene, key)
     parameters = varied(scenes, vary, own)
     started = {p.key: p.start for p in reversed(parameters)}
-    return FitProblem([Rig(scene.with_(**started)) for scene in scenes], data, parameters, loss)
+    return FitProblem([Rig(scene.with_(**started)) for scene in scenes], data, parameters)
 
 
 def _reference(scene: Scene, given: Any) -> Reference:
@@ -159,17 +153,14 @@ def _reference(scene: Scene, given: Any) -> Reference:
         scene = scene.with_(**{"reference.file": str(Path(given).resolve())})
         given = None
     if given is None:
-        found = load_reference(scene)
-        if found is None:
+        named = load_reference(scene)
+        if named is None:
             raise SceneError(f"reference is missing in scene '{scene.title}': expected a measured curve to fit", "reference")
-        return found
+        return named
     if isinstance(given, Reference):
         return given
     against = scene.stages[0].control if scene.stages[0].control == "driven" else "opening"
-    if isinstance(given, Measured):
-        return Reference(given.name, against, (given,))
-    x, y = given
-    return Reference("measured", against, (Measured.from_curve(x, y),))
+    return reference_to(scene, given if isinstance(given, Measured) else Measured.from_curve(*given), against)
 
 
 def _first(problem: FitProblem) -> Trial:
@@ -339,16 +330,16 @@ def cost_of(problem: FitProblem, residuals: Array) -> float:
 
 def rms(problem: FitProblem, trial: Trial) -> float:
     """Root of the mean square of the residuals of all rows, over the largest measured load of their scene."""
-    gaps = [data.gap(load, problem.loss)[0] for load, data in zip(trial.loads, problem.data, strict=True)]
+    gaps = [data.gap(load)[0] for load, data in zip(trial.loads, problem.data, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(gaps) ** 2)))
 
 
 def violation(problem: FitProblem, trial: Trial) -> float:
     """Sum of the squares of the distances from the bounds, 0 if every row lies inside."""
-    rows = zip(trial.loads, problem.data, strict=True)
+    rows = list(zip(trial.loads, problem.data, strict=True))
     if all(data.inside(load) == len(load) for load, data in rows):
         return 0.0
-    return float(sum(np.square(data.gap(load, "band")[0]).sum() for load, data in zip(trial.loads, problem.data, strict=True)))
+    return float(sum(np.square(data.gap(load)[0]).sum() for load, data in rows))
 
 
 def _intervals(problem: FitProblem, trial: Trial, found: Statistics, profile: bool) -> tuple[str, Array]:
@@ -360,7 +351,7 @@ def _intervals(problem: FitProblem, trial: Trial, found: Statistics, profile: bo
         solved = solve(problem, start, fixed=j, most=3 if feasible else _MOST_FIXED, ftol=1e-3)
         if solved is None:
             return start, np.inf
-        if problem.loss == "band" and feasible:
+        if feasible:
             return solved[0], violation(problem, problem.trial(solved[0]))
         return solved[0], solved[1]
 
@@ -389,11 +380,11 @@ def _scatter(problem: FitProblem, trial: Trial, scatter: Mapping[str, float]) ->
         for i, (rig, data) in enumerate(zip(problem.rigs, problem.data, strict=True)):
             values = problem.values(trial.z, i)
             base = values.get(key, value_of(rig.scene, key))
-            other = FitProblem([Rig(rig.scene.with_(**{**values, key: base + deviation}))], [data], [], problem.loss)
+            other = FitProblem([Rig(rig.scene.with_(**{**values, key: base + deviation}))], [data], [])
             shifted = other.trial(np.zeros(0)).loads[0]
             change = (shifted - trial.loads[i]) / data.peak
             parts.append(data.gather @ change)
-            if problem.loss == "band":
+            if data.loss == "band":
                 parts.append(data.pull_slope * (data.gather @ change))
         shift = np.linalg.lstsq(jacobian, np.concatenate(parts), rcond=1e-10)[0]
         added += np.outer(shift, shift)

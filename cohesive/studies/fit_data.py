@@ -10,13 +10,15 @@ import scipy.sparse as sp
 
 from ..arrays import Array, Index
 from ..errors import SceneError
-from ..scenes.measured import Measured, Reference
+from ..measured.curve import Measured, Reference, outside
 
-#: a curve with more rows is gathered into so many pieces of equal length
+#: pieces of equal length into which a curve with more rows is gathered
 PIECES = 100
 
-#: a run stands at so many measured places at most
+#: most measured places at which a run stands
 TARGETS = 80
+
+LOSSES = ("linear", "soft_l1", "band")
 
 #: residuals of a band's middle beside those of its bounds, so that a feasible fit is drawn to the middle
 _PULL = 0.02
@@ -34,6 +36,7 @@ class Data:
     gather : (p, n) matrix, the means over the pieces
     starts : (p,) array, whether a piece is the first of its curve
     peak : largest measured load, N
+    loss : "linear", "soft_l1" or "band"
     """
 
     against: str
@@ -44,14 +47,16 @@ class Data:
     gather: sp.csr_array
     starts: Array
     peak: float
+    loss: str
 
     @classmethod
-    def from_reference(cls, reference: Reference, weights: str) -> Data:
+    def from_reference(cls, reference: Reference, weights: str, loss: str | None = None) -> Data:
         """The rows of a reference.
 
         Parameters
         ----------
         weights : "arc", pieces of equal length count alike, or "rows", all rows do.
+        loss : default: "band" if all curves are bands, else "linear".
 
         Raises
         ------
@@ -60,6 +65,10 @@ class Data:
         """
         if weights not in ("arc", "rows"):
             raise SceneError(f"weights = {weights!r}: expected 'arc' or 'rows'", "weights")
+        if loss is None:
+            loss = "band" if all(each.is_band for each in reference.curves) else "linear"
+        if loss not in LOSSES:
+            raise SceneError(f"loss = {loss!r}: expected one of {', '.join(LOSSES)}", "loss")
         for each in reference.curves:
             _check(each)
         pieces = [_pieces(each) if weights == "arc" else np.arange(len(each.x)) for each in reference.curves]
@@ -69,10 +78,11 @@ class Data:
         share = 1.0 / np.bincount(piece, minlength=p)
         starts = np.zeros(p, dtype=bool)
         starts[offset[:-1]] = True
-        x, low, high = (np.concatenate([getattr(each, name) for each in reference.curves]) for name in ("x", "low", "high"))
+        arrays = zip(*((each.x, *each.bounds) for each in reference.curves), strict=True)
+        x, low, high = (np.concatenate(each) for each in arrays)
         gather = sp.csr_array((share[piece], (piece, np.arange(n))), shape=(p, n))
         peak = float(abs(np.concatenate([each.y for each in reference.curves])).max())
-        return cls(reference.against, reference.curves, x, low, high, gather, starts, peak)
+        return cls(reference.against, reference.curves, x, low, high, gather, starts, peak, loss)
 
     @property
     def middle(self) -> Array:
@@ -90,16 +100,15 @@ class Data:
         apart = np.diff(x, prepend=0.0) > 1e-6 * x[-1]
         return [float(value) for value in x[apart]]
 
-    def gap(self, load: Array, loss: str) -> tuple[Array, Array]:
+    def gap(self, load: Array) -> tuple[Array, Array]:
         """Distances of computed loads (n,) from the measured ones, over the peak, and their slopes in the load times the peak.
 
         With the loss "band" a second part of as many pulls towards the middle.
         """
-        if loss != "band":
+        if self.loss != "band":
             return (load - self.middle) / self.peak, np.ones_like(load)
-        above, below = load > self.high, load < self.low
-        away = np.where(above, load - self.high, np.where(below, load - self.low, 0.0))
-        return away / self.peak, (above | below).astype(float)
+        away = outside(load, self.low, self.high)
+        return away / self.peak, (away != 0.0).astype(float)
 
     def pull(self, load: Array) -> Array:
         """What pulls a fit of a band to its middle, (n,)."""
@@ -117,15 +126,12 @@ class Data:
 
 
 def _check(measured: Measured) -> None:
-    name = f"reference.file = {measured.name!r}"
     if len(measured.x) < 3:
         raise SceneError(
-            f"{name}: {len(measured.x)} row(s) with a growing {'x'}; expected a curve of at least 3", "reference.file"
+            f"reference.file = {measured.name!r}: {len(measured.x)} row(s) with a growing x; expected a curve of at least 3",
+            "reference.file",
         )
-    if not np.ptp(measured.y) > 1e-9 * abs(measured.y).max() or not measured.y.max() > 0:
-        raise SceneError(
-            f"{name}: the measured load does not change, or is nowhere above 0; expected a curve", "reference.file"
-        )
+    measured.without_doubt()
 
 
 def _arc(measured: Measured) -> Array:

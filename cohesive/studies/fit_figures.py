@@ -37,7 +37,7 @@ def _draw_loads(axes: Axes, fit: Fitted) -> None:
         for k, each in enumerate(data.curves):
             label = None if k else f"measured{name}"
             if each.is_band:
-                axes.fill_between(each.x, each.low, each.high, color=colour, alpha=0.2, linewidth=0.0, label=label)
+                axes.fill_between(each.x, *each.bounds, color=colour, alpha=0.2, linewidth=0.0, label=label)
             else:
                 style = "." if len(each.x) > 100 else "o"
                 axes.plot(each.x, each.y, style, color=colour, markersize=3 if style == "." else 4, alpha=0.5, label=label)
@@ -53,7 +53,7 @@ def _draw_loads(axes: Axes, fit: Fitted) -> None:
 
 def _draw_residuals(axes: Axes, fit: Fitted) -> None:
     for i, (data, load) in enumerate(zip(fit.problem.data, fit.trial.loads, strict=True)):
-        gap = 100.0 * data.gap(load, fit.problem.loss)[0]
+        gap = 100.0 * data.gap(load)[0]
         axes.plot(data.x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=5 if len(gap) <= 100 else 2)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
     against = {data.against for data in fit.problem.data}

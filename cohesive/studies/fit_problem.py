@@ -59,14 +59,12 @@ class FitProblem:
     rigs : one for each scene
     data : its measured rows
     parameters : what is varied
-    loss : "linear", "soft_l1" or "band"
     stages : of each scene, with the measured places as targets
     """
 
     rigs: Sequence[Rig]
     data: Sequence[Data]
     parameters: Sequence[Varied]
-    loss: str
     stages: list[list[Stage]] = field(init=False)
     _last: Trial | None = field(default=None, init=False)
 
@@ -101,8 +99,8 @@ class FitProblem:
         loads = [at_rows(each, data)[0] for each, data in zip(rows, self.data, strict=True)]
         parts = []
         for load, data in zip(loads, self.data, strict=True):
-            parts.append(data.gather @ data.gap(load, self.loss)[0])
-            if self.loss == "band":
+            parts.append(data.gather @ data.gap(load)[0])
+            if data.loss == "band":
                 parts.append(data.gather @ data.pull(load))
         self._last = Trial(z.copy(), loads, np.concatenate(parts), rows)
         return self._last
@@ -127,9 +125,14 @@ class FitProblem:
             return np.full(self.count, np.nan)
 
     @property
+    def loss(self) -> str:
+        """That of all scenes; of scenes that differ theirs, joined by "and"."""
+        return " and ".join(dict.fromkeys(data.loss for data in self.data))
+
+    @property
     def count(self) -> int:
         """Number of the residuals."""
-        return sum(int(data.gather.shape[0]) for data in self.data) * (2 if self.loss == "band" else 1)
+        return sum(int(data.gather.shape[0]) * (2 if data.loss == "band" else 1) for data in self.data)
 
     def jacobian(self, z: Array) -> Array:
         """Derivatives of the residuals in the scaled numbers, (p, m)."""
@@ -161,8 +164,8 @@ class FitProblem:
 
     def _block(self, i: int, trial: Trial) -> Array:
         data, slopes = self.data[i], self.slopes(i, trial) / self.data[i].peak
-        block = data.gather @ (data.gap(trial.loads[i], self.loss)[1][:, None] * slopes)
-        if self.loss == "band":
+        block = data.gather @ (data.gap(trial.loads[i])[1][:, None] * slopes)
+        if data.loss == "band":
             block = np.concatenate([block, data.pull_slope * (data.gather @ slopes)])
         return np.asarray(block)
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from ..measured.evaluation import Evaluation, without_mass
 from ..results.result import Result
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
-from .evaluation import Evaluation, without_mass
 from .fit_intervals import Statistics
 from .fit_problem import FAILURES, FitProblem, Trial, at_rows
 from .rig import Rig
@@ -88,7 +88,7 @@ class Fitted:
         self.condensations = sum(rig.condensations for rig in problem.rigs)
         self.sensitivities = sum(rig.sensitivities for rig in problem.rigs)
         self._given = list(scenes)
-        self.notes = self._fixed_note() + self._minima_notes() + (self._checked() if check else [])
+        self.notes = self._reading_notes() + self._fixed_note() + self._minima_notes() + (self._checked() if check else [])
 
     @cached_property
     def scenes(self) -> list[Scene]:
@@ -100,7 +100,7 @@ class Fitted:
         """What each measured curve of a notched beam says without a model, to stand beside the fitted numbers."""
         found = []
         for scene, data in zip(self._given, self.problem.data, strict=True):
-            each = [without_mass(curve, data.against, scene.data["specimen"]) for curve in data.curves]
+            each = [without_mass(curve, scene.data["specimen"]) for curve in data.curves]
             found += [one for one in each if one is not None]
         return found
 
@@ -132,6 +132,10 @@ class Fitted:
             except FAILURES:
                 continue
         return found
+
+    def _reading_notes(self) -> list[str]:
+        curves = [curve for data in self.problem.data for curve in data.curves]
+        return list(dict.fromkeys(f"{curve.name}: {note}" for curve in curves for note in curve.notes))
 
     def _fixed_note(self) -> list[str]:
         found = []

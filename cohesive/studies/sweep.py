@@ -19,6 +19,7 @@ from ..errors import Interrupted, NotConverged, SceneError
 from ..model.prepared import Prepared, is_kept, prepare
 from ..results.files import make_folder, write_file, write_text
 from ..results.result import Result
+from ..scenes.reference import load_reference
 from ..scenes.scene import Scene
 from ..simulation import run
 from .pool import workers as processes
@@ -200,10 +201,12 @@ def sweep(
     values = _checked(vary)
     tasks = _tasks(scene, values, None if output is None else Path(output), pictures)
     done: dict[str, SweptRun] = {}
+    reference = load_reference(scene)
+    notes = [*_notes(scene, values), *([] if reference is None else reference.notes)]
 
     def found() -> Sweep:
         left = (replace(task.run, reason="interrupted") for task in tasks)
-        return Sweep(scene, values, [done.get(each.name, each) for each in left], _notes(scene, values))
+        return Sweep(scene, values, [done.get(each.name, each) for each in left], notes)
 
     count = min(cores() if workers is None else workers, len(tasks))
     try:

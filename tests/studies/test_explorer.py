@@ -15,7 +15,7 @@ import pytest
 
 from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
-from cohesive.scenes.measured import Measured
+from cohesive.measured.curve import Measured
 from cohesive.studies.explore_server import ExploreServer
 from cohesive.studies.explorer import Explorer
 
@@ -110,7 +110,7 @@ def test_a_measured_curve_is_drawn_and_fitted(server: ExploreServer, explorer: E
     assert values == pytest.approx({"material.ft": 3.0, "material.Gf": 0.1}, rel=0.01)
     assert "has no row with two numbers" in post(server, "curve", text="hello")["error"]
     x = np.linspace(0.01, 0.1, 5)
-    assert "error" in explorer.fitted({}, Measured("m", x, 0.0 * x, 0.0 * x))
+    assert "error" in explorer.fitted({}, Measured("m", x, 0.0 * x))
 
 
 def test_only_the_token_on_this_machine_is_answered(server: ExploreServer) -> None:

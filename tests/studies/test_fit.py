@@ -11,7 +11,7 @@ import pytest
 
 from cohesive import Scene, SceneError, fit
 from cohesive.arrays import Array
-from cohesive.scenes.measured import Measured
+from cohesive.measured.curve import Measured
 from cohesive.studies.curve_choice import fit_curves
 from cohesive.studies.export import EXPORTS, exported, points
 from cohesive.studies.fit_data import Data, effective_count
@@ -85,7 +85,7 @@ def test_two_depths_share_numbers_and_have_their_own() -> None:
 @pytest.mark.slow
 def test_a_band_ends_in_the_feasible_set() -> None:
     x, y = measured(rows=10)
-    band = Measured("band", x, 0.93 * y, 1.07 * y, True)
+    band = Measured.from_band(x, 0.93 * y, 1.07 * y)
     found = fit(
         beam(**{"material.ft": 1.5, "material.Gf": 0.15}), {k: VARY[k] for k in OFF if k != "material.E"}, reference=band
     )
@@ -214,7 +214,7 @@ def test_effective_count() -> None:
 
 def test_pieces_are_equally_long() -> None:
     x = np.linspace(0.001, 1.0, 1000)
-    from cohesive.scenes.measured import Reference
+    from cohesive.measured.curve import Reference
 
     data = Data.from_reference(Reference("m", "opening", (Measured.from_curve(x, x),)), "arc")
     assert data.gather.shape == (100, 1000)

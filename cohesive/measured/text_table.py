@@ -88,6 +88,11 @@ class TextTable:
         title = f" ({self.titles[column]})" if self.titles[column] else ""
         return f"line {int(self.numbers[row])}, column {column + 1}{title}"
 
+    def is_constant(self, column: int) -> bool:
+        """Whether every row has the same text in a column."""
+        first = self.dialect.fields(self.rows[0])[column]
+        return len(self.rows) > 1 and all(self.dialect.fields(row)[column] == first for row in self.rows)
+
     def values(self, columns: Sequence[int]) -> Array:
         """Some columns as numbers, (n, k).
 
@@ -107,14 +112,14 @@ class TextTable:
             rows = "\n".join(rows).replace(",", ".").split("\n")
         delimiter = None if separator == _SPACE else separator
         try:
-            found = np.loadtxt(rows, delimiter=delimiter, usecols=columns, comments=None, ndmin=2)
+            values = np.loadtxt(rows, delimiter=delimiter, usecols=columns, comments=None, ndmin=2)
         except ValueError:
             raise self._first_wrong(columns) from None
-        if (wrong := np.argwhere(~np.isfinite(found))).size:
+        if (wrong := np.argwhere(~np.isfinite(values))).size:
             row, k = wrong[0]
             field = self.dialect.fields(self.rows[row])[columns[k]]
             raise TableError(f"{self.place(row, columns[k])}: {reprlib.repr(field)} is not finite")
-        return np.asarray(found)
+        return np.asarray(values)
 
     def _is_numeric(self, line: str, columns: Sequence[int]) -> bool:
         fields = self.dialect.fields(line)
@@ -244,15 +249,23 @@ def _titles(
     """Names, whole headings and units of the columns, from the lines above the first `row` of data in line `after`, the
     nearest first."""
     count, units = len(row), [""] * len(row)
-    for i in reversed(heading):
+
+    def fields_of(i: int) -> list[str]:
+        line = lines[i].lstrip()
+        fields = _heading_fields(line.lstrip("#%/") if line.startswith(_COMMENT) else lines[i], dialect, count)
+        is_short = len(fields) == count - 1 and not row[-1]  # every row ends with a separator
+        return [*fields, ""] if is_short else fields
+
+    for k in reversed(range(len(heading))):
+        i = heading[k]
         is_comment = lines[i].lstrip().startswith(_COMMENT)
-        fields = _heading_fields(lines[i].lstrip().lstrip("#%/") if is_comment else lines[i], dialect, count)
-        if len(fields) == count - 1 and not row[-1]:  # every row ends with a separator
-            fields.append("")
+        fields = fields_of(i)
         if len(fields) == count:
-            said = [bare_unit(field) for field in fields]
-            if any(said) and all(unit or field in ("", "-", "[-]") for unit, field in zip(said, fields, strict=True)):
-                units = said
+            filled = [field for field in fields if field not in ("", "-", "[-]")]
+            known = sum(bool(bare_unit(field)) for field in filled)
+            is_below = k > 0 and len(fields_of(heading[k - 1])) == count
+            if known and (known == len(filled) or (is_below and 2 * known >= len(filled))):  # else refused by its name
+                units = [bare_unit(field) or (field if field in filled else "") for field in fields]
                 continue
             split = [split_title(field) for field in fields]
             names = [name for name, _ in split]
@@ -288,6 +301,6 @@ def _check_counts(rows: Sequence[str], numbers: Sequence[int], dialect: Dialect,
         counts = (len(dialect.fields(row)) for row in rows)
     else:
         counts = (row.count(dialect.separator) + 1 for row in rows)
-    for i, found in zip(numbers, counts, strict=True):
-        if found != count:
-            raise TableError(f"line {i + 1}: it has {found} field{'s' * (found != 1)}, the rows before it {count}")
+    for i, fields in zip(numbers, counts, strict=True):
+        if fields != count:
+            raise TableError(f"line {i + 1}: it has {fields} field{'s' * (fields != 1)}, the rows before it {count}")

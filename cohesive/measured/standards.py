@@ -27,6 +27,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SceneError
+from .curve import area_under
 
 #: acceleration of gravity, m/s^2
 GRAVITY = 9.81
@@ -95,7 +96,7 @@ class Quantity:
 def rilem_tc_50(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Fracture energy from load over deflection."""
     mass = beam.needs_mass("rilem-tc-50") * beam.span / beam.length + 2.0 * beam.mass_loading
-    work, weight = _area(x, y), mass * GRAVITY * float(x[-1])
+    work, weight = area_under(np.r_[0.0, y], np.r_[0.0, x]), mass * GRAVITY * float(x[-1])
     return [
         Quantity("GF", (work + weight) / beam.ligament, "N/mm", "(W0 + m g d0)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over deflection"),
@@ -107,7 +108,7 @@ def rilem_tc_50(beam: Beam, x: Array, y: Array) -> list[Quantity]:
 def jci_s_001(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Fracture energy from load over crack mouth opening."""
     mass = beam.needs_mass("jci-s-001") * beam.span / beam.length + 2.0 * beam.mass_loading
-    work, weight = _area(x, y), 0.75 * mass * GRAVITY * float(x[-1])
+    work, weight = area_under(np.r_[0.0, y], np.r_[0.0, x]), 0.75 * mass * GRAVITY * float(x[-1])
     return [
         Quantity("GF", (0.75 * work + weight) / beam.ligament, "N/mm", "(.75 W0 + W1)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over opening"),
@@ -120,12 +121,15 @@ def en_14651(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Limit of proportionality and residual strengths from load over crack mouth opening."""
     factor = 3.0 * beam.span / (2.0 * beam.thickness * (beam.depth - beam.notch) ** 2)
     first = float(np.max(np.interp(np.r_[x[x <= _FIRST], _FIRST], x, y)))
-    found = [Quantity("fct,L", factor * first, "MPa", f"F_L = {first:.5g} N, the largest load up to {_FIRST:g} mm")]
+    limit = Quantity("fct,L", factor * first, "MPa", f"F_L = {first:.5g} N, the largest load up to {_FIRST:g} mm")
+    if x[0] > _FIRST:
+        limit = Quantity("fct,L", None, "MPa", f"the curve begins at {float(x[0]):.3g} mm, beyond {_FIRST:g} mm")
+    quantities = [limit]
     for j, opening in enumerate(_OPENINGS, start=1):
         load = float(np.interp(opening, x, y)) if opening <= x[-1] * (1.0 + 1e-9) else None
         remark = f"at {opening:g} mm" + ("" if load is not None else f": the curve ends at {float(x[-1]):.3g} mm")
-        found.append(Quantity(f"fR{j}", None if load is None else factor * load, "MPa", remark))
-    return found
+        quantities.append(Quantity(f"fR{j}", None if load is None else factor * load, "MPa", remark))
+    return quantities
 
 
 def energy_with_tail(beam: Beam, x: Array, y: Array, factor: float) -> list[Quantity]:
@@ -133,14 +137,14 @@ def energy_with_tail(beam: Beam, x: Array, y: Array, factor: float) -> list[Quan
     last, peak = float(x[-1]), int(np.argmax(y))
     rest = float(y[-1])
     load = y - rest
-    tail = (np.arange(len(x)) > peak) & (load < _TAIL * load[peak]) & (x < last)
+    tail = (np.arange(len(x)) > peak) & (load < _TAIL * load[peak]) & (x > 0) & (x < last)
     name = "GF, tail"
     if tail.sum() < 3:
         return [Quantity(name, None, "N/mm", f"fewer than 3 rows below {100 * _TAIL:g} % of the peak tell of the tail")]
     reach = 1.0 / x[tail] ** 2 - 1.0 / last**2
     slope = float(reach @ load[tail]) / float(reach @ reach)
     above = np.maximum(load, 0.0)
-    work, unseen = _area(x, above), 2.0 * slope / last
+    work, unseen = area_under(np.r_[0.0, above], np.r_[0.0, x]), 2.0 * slope / last
     remark = (
         f"tail fitted to P - P_R = A (1/u^2 - 1/u_R^2), A = {slope:.4g} N mm^2; {100 * unseen / (work + unseen):.0f} % unseen"
     )
@@ -156,6 +160,8 @@ def modulus(beam: Beam, x: Array, y: Array, is_opening: bool, holder: float = 0.
     holder : thickness of the holder of the gauge, mm.
     """
     compliance = first_compliance(x, y)
+    if not compliance > 0:
+        return Quantity("E", None, "MPa", "the motion does not grow with the load between a tenth and four tenths of the peak")
     S, d, b, a = beam.span, beam.depth, beam.thickness, beam.notch
     ratio = f"span/depth {S / d:.3g}, the formula is for 4"
     if is_opening:
@@ -178,17 +184,11 @@ def first_compliance(x: Array, y: Array) -> float:
     peak = int(np.argmax(y))
     low, high = (part * y[peak] for part in _RISING)
     rising = np.flatnonzero((y[: peak + 1] >= low) & (y[: peak + 1] <= high))
-    if len(rising) >= 2:
+    if len(rising) >= 2 and np.ptp(y[rising]) > 0:
         return float(np.polyfit(y[rising], x[rising], 1)[0])
     furthest = np.maximum.accumulate(y[: peak + 1])
     first, last = np.interp([low, high], furthest, x[: peak + 1])
     return float((last - first) / (high - low))
-
-
-def _area(x: Array, y: Array) -> float:
-    """Area under a curve from the origin."""
-    x, y = np.r_[0.0, x], np.r_[0.0, y]
-    return float(0.5 * (y[1:] + y[:-1]) @ np.diff(x))
 
 
 #: function, and the motion that it wants, by the name of the standard

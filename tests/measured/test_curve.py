@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohesive.scenes.measured import Measured, Reference
+from cohesive.measured.curve import Measured, Reference
 
 
 def test_residuals_are_those_at_the_measured_points() -> None:
@@ -12,7 +12,7 @@ def test_residuals_are_those_at_the_measured_points() -> None:
     at, load = np.array([0.5, 2.0, 3.0, 5.0]), np.array([4.0, 8.0, 4.0, 1.0])
     curve = Measured.from_curve(at, load)
     np.testing.assert_allclose(curve.residuals(x, y), [1.0, -1.0, 0.0, 3.0])  # beyond the end the last load counts
-    band = Measured("band", at, np.array([4.0, 8.0, 1.0, 5.0]), np.array([4.5, 9.0, 5.0, 6.0]), is_band=True)
+    band = Measured.from_band(at, np.array([4.0, 8.0, 1.0, 5.0]), np.array([4.5, 9.0, 5.0, 6.0]))
     np.testing.assert_allclose(band.residuals(x, y), [0.5, -1.0, 0.0, -1.0])
     both = Reference("two", "driven", (curve, band)).residuals({"driven": x[1:], "load": y[1:]})
     np.testing.assert_allclose(both, [1.0, -1.0, 0.0, 3.0, 0.5, -1.0, 0.0, -1.0])

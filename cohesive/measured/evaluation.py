@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SceneError
-from ..scenes.measured import Measured
+from .curve import Measured
 from .standards import STANDARDS, Beam, Quantity, en_14651, energy_with_tail, modulus
 
 #: quantities of a beam by their keys, with what is asked for if one is missing
@@ -33,11 +33,13 @@ class Evaluation:
     ----------
     standard, name : of the standard and of the curve
     quantities : list of Quantity
+    notes : remarks of the reading of the curve, and on what became of its x
     """
 
     standard: str
     name: str
     quantities: list[Quantity]
+    notes: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float | None]:
@@ -50,15 +52,15 @@ class Evaluation:
         for each in self.quantities:
             value = "-" if each.value is None else f"{each.value:.4g}"
             lines.append(f"  {each.name:<9}{value:>10} {each.unit:<6}{each.remark}".rstrip())
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
 
-def evaluate(measured: Measured, against: str, standard: str, values: Mapping[str, Any]) -> Evaluation:
+def evaluate(measured: Measured, standard: str, values: Mapping[str, Any]) -> Evaluation:
     """Evaluate a curve.
 
     Parameters
     ----------
-    against : what x is: "opening", "deflection" or "driven"
+    measured : load over crack mouth opening, deflection or the motion of a platen, as its `against` says
     standard : "rilem-tc-50", "en-14651" or "jci-s-001"
     values : specimen.span, specimen.depth, specimen.thickness, specimen.notch (mm), mass (kg), and if they differ from span,
         0 and 0: specimen.length, mass_loading (kg), gauge_holder (mm)
@@ -66,19 +68,17 @@ def evaluate(measured: Measured, against: str, standard: str, values: Mapping[st
     Raises
     ------
     SceneError
-        Naming what is missing.
+        Naming what is missing, or what speaks against the curve.
     """
     if standard not in STANDARDS:
         raise SceneError(f"standard = {standard!r}: expected one of {', '.join(STANDARDS)}", "standard")
     beam = beam_of(values)
     function, wanted = STANDARDS[standard]
-    x, y, remark = _as_wanted(measured, against, standard, wanted)
-    found = function(beam, x, y)
-    is_opening = against not in _DEFLECTIONS
-    found.append(modulus(beam, measured.x, measured.y, is_opening, _number(values, "gauge_holder", 0.0)))
-    if remark:
-        found.append(Quantity("note", None, "", remark))
-    return Evaluation(standard, measured.name, found)
+    x, y, remarks = _as_wanted(measured.without_doubt(), standard, wanted)
+    quantities = function(beam, x, y)
+    is_opening = measured.against not in _DEFLECTIONS
+    quantities.append(modulus(beam, measured.x, measured.y, is_opening, _number(values, "gauge_holder", 0.0)))
+    return Evaluation(standard, measured.name, quantities, (*measured.notes, *remarks))
 
 
 def beam_of(values: Mapping[str, Any]) -> Beam:
@@ -95,18 +95,19 @@ def beam_of(values: Mapping[str, Any]) -> Beam:
     return Beam(**numbers, length=length, mass=mass, mass_loading=_number(values, "mass_loading", 0.0))
 
 
-def _as_wanted(measured: Measured, against: str, standard: str, wanted: str) -> tuple[Array, Array, str]:
+def _as_wanted(measured: Measured, standard: str, wanted: str) -> tuple[Array, Array, list[str]]:
     """The curve over what a standard wants."""
-    is_deflection = against in _DEFLECTIONS
+    is_deflection = measured.against in _DEFLECTIONS
     if is_deflection == (wanted == "deflection"):
-        return measured.x, measured.y, ""
+        return measured.x, measured.y, []
     if standard == "en-14651":
         opening = (measured.x - 0.04) / 0.85
         kept = opening > 0
         x, y = np.r_[0.0, opening[kept]], np.r_[0.0, measured.y[kept]]
-        return x, y, "openings from the deflection, (deflection - .04 mm)/.85"
+        return x, y, ["openings from the deflection, (deflection - .04 mm)/.85"]
     raise SceneError(
-        f"reference.against = '{against}': {standard} wants load over {wanted}; expected such a curve, or another standard",
+        f"reference.against = '{measured.against}': {standard} wants load over {wanted}; expected such a curve, or another "
+        "standard",
         "reference.against",
     )
 
@@ -118,7 +119,7 @@ def _number(values: Mapping[str, Any], key: str, default: float) -> float:
     return float(value)
 
 
-def without_mass(measured: Measured, against: str, specimen: Mapping[str, Any]) -> Evaluation | None:
+def without_mass(measured: Measured, specimen: Mapping[str, Any]) -> Evaluation | None:
     """What a curve says of a beam whose mass is not known, as far as the curve goes; None for another specimen.
 
     Parameters
@@ -128,9 +129,9 @@ def without_mass(measured: Measured, against: str, specimen: Mapping[str, Any]) 
     if specimen.get("kind") != "notched-beam" or specimen.get("notch_position"):
         return None
     beam = beam_of({f"specimen.{key}": value for key, value in specimen.items()})
-    x, y, is_opening = measured.x, measured.y, against not in _DEFLECTIONS
-    found = energy_with_tail(beam, x, y, 0.75 if is_opening else 1.0)
+    x, y, is_opening = measured.x, measured.y, measured.against not in _DEFLECTIONS
+    quantities = energy_with_tail(beam, x, y, 0.75 if is_opening else 1.0)
     if is_opening:
-        found += en_14651(beam, x, y)
-    found.append(modulus(beam, x, y, is_opening))
-    return Evaluation("without a model", measured.name, [each for each in found if each.value is not None])
+        quantities += en_14651(beam, x, y)
+    quantities.append(modulus(beam, x, y, is_opening))
+    return Evaluation("without a model", measured.name, [each for each in quantities if each.value is not None])

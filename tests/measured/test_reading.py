@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cohesive import Scene, SceneError
-from cohesive.scenes.measured import Measured, Reference
+from cohesive.measured.curve import Measured, Reference
 from cohesive.scenes.reference import load_reference
 
 #: a part of the load-deflection curve of Olsen's beam, mm and N, as in the identification benchmark of Tin-Loi and Que
@@ -107,7 +107,7 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "no load": ("driven,time\n1,2\n", {}, "its columns are driven, time; expected a load"),
     "no such column": (HEAD + "1,2\n", {"y": "Kraft"}, r"no column 'Kraft' \(reference.y\); its columns are driven, load"),
     "no such number": (HEAD + "1,2\n", {"x": 3}, "it has 2 columns; expected reference.x = 3 to be one of them"),
-    "twice the same": ("driven,load,Load\n1,2,3\n", {}, "columns 2 and 3 have the same name, 'load'; expected reference.y"),
+    "twice the same": ("driven,load,Load\n1,2,3\n", {}, r"columns 2 \(load\), 3 \(Load\) are all loads: are they different"),
     "no names of three": ("1,2,3\n4,5,6\n", {}, "its 3 columns have no names; expected reference.x = number"),
     "a unit of another kind": ("driven [V],load\n1,2\n", {}, r"column 1 \(driven\): its unit V is no length"),
     "a stress": ("driven,load [MPa]\n1,2\n", {}, r"column 2 \(load\): its unit MPa is no force"),
@@ -188,10 +188,10 @@ def test_bands_and_curves(tmp_path: Path) -> None:
 
 
 def test_what_runs_back_is_left_out_and_said(tmp_path: Path) -> None:
-    found = curve(tmp_path, "opening,load\n0,0\n0.1,10\n0.05,1\n0.08,5\n0.2,8\n")
+    found = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,10\n0.05,1\n0.08,5\n0.2,8\n")
     np.testing.assert_array_equal(found.x, [0.0, 0.1, 0.2])
     assert found.notes == (
-        "opening runs back in 2 of its 5 rows, by up to 0.05 mm; the load counts with which it is reached first",
+        "driven runs back in 2 of its 5 rows, by up to 0.05 mm; the load counts with which it is reached first",
     )
 
 

@@ -1,4 +1,4 @@
-"""Measured curves and bands as arrays: what results, comparisons and fits stand on.
+"""Measured curves and bands as arrays: what results, comparisons, fits and standards stand on.
 
 A scene's [reference] becomes a `Reference` with one `Measured` for each file (`scenes.reference.load_reference`, which a
 `Result` keeps as `result.reference`; None if the scene names none):
@@ -6,7 +6,7 @@ A scene's [reference] becomes a `Reference` with one `Measured` for each file (`
     reference.against                     the column of the history that its x is, as "opening" or "driven"
     for each in reference.curves:
         each.x, each.y                    mm and N, x rising strictly
-        each.is_band, each.low, each.high the bounds of a band; of a curve both are y
+        each.low, each.high               the bounds of a band; of a curve None
     reference.residuals(result.history)   computed less measured loads, N, as a least-squares fit needs them
 """
 
@@ -29,25 +29,29 @@ class Measured:
     ----------
     name : name of its file
     x : (n,) array, mm, rising strictly
-    low, high : (n,) arrays, N, the bounds of a band; of a curve both are the measured load
-    is_band : whether it was measured as a band
+    y : (n,) array, N, the measured load; of a band its middle
+    low, high : (n,) arrays, N, the bounds of a band; None for a curve
+    against : what x is: "cmod", "opening", "deflection", "driven" or another motion; empty if nobody said
     x_unit, y_unit : the units that the file or the scene names; empty if nobody said and mm and N were taken
-    notes : remarks of the reading, one sentence each
+    notes : remarks of the reading, one sentence each, `doubt` among them
+    doubt : why its numbers cannot be meant, with the key that mends it; empty if nothing speaks against them
     content : the file as it was read
     """
 
     name: str
     x: Array
-    low: Array
-    high: Array
-    is_band: bool = False
+    y: Array
+    low: Array | None = None
+    high: Array | None = None
+    against: str = ""
     x_unit: str = ""
     y_unit: str = ""
     notes: tuple[str, ...] = ()
+    doubt: str = ""
     content: bytes = field(default=b"", repr=False)
 
     @classmethod
-    def from_curve(cls, x: Array, y: Array, name: str = "measured") -> Measured:
+    def from_curve(cls, x: Array, y: Array, name: str = "measured", against: str = "") -> Measured:
         """A single curve in mm and N; points at which x runs back are left out.
 
         Raises
@@ -62,12 +66,39 @@ class Measured:
             row = int(np.argmin(np.isfinite(x) & np.isfinite(y)))
             raise SceneError(f"{name} curve, row {row}: ({x[row]}, {y[row]}); expected finite numbers")
         x, y = rising(x, y)
-        return cls(name, x, y, y, x_unit="mm", y_unit="N")
+        return cls(name, x, y, against=against, x_unit="mm", y_unit="N")
+
+    @classmethod
+    def from_band(cls, x: Array, low: Array, high: Array, name: str = "measured", against: str = "") -> Measured:
+        """A band in mm and N, its x rising strictly."""
+        return cls(name, x, 0.5 * (low + high), low, high, against, x_unit="mm", y_unit="N")
 
     @property
-    def y(self) -> Array:
-        """The measured load, (n,), N; of a band its middle."""
-        return 0.5 * (self.low + self.high) if self.is_band else self.low
+    def is_band(self) -> bool:
+        """Whether it was measured as a band."""
+        return self.low is not None
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """The loads between which nothing is wrong, N: those of a band; of a curve both are y."""
+        return (self.y, self.y) if self.low is None or self.high is None else (self.low, self.high)
+
+    def without_doubt(self) -> Measured:
+        """Itself, for whoever takes numbers from it.
+
+        Raises
+        ------
+        SceneError
+            If its numbers cannot be meant: a doubtful unit or sign, a load that does not change or is nowhere above 0.
+        """
+        if self.doubt:
+            raise SceneError(f"reference.file = {self.name!r}: {self.doubt}", "reference.file")
+        if not np.ptp(self.y) > 1e-9 * abs(self.y).max() or not self.y.max() > 0:
+            raise SceneError(
+                f"reference.file = {self.name!r}: the measured load does not change, or is nowhere above 0; expected a curve",
+                "reference.file",
+            )
+        return self
 
     def residuals(self, x: Array, y: Array) -> Array:
         """Load of a computed curve at the measured points less the measured one, (n,), N.
@@ -79,8 +110,7 @@ class Measured:
         ----------
         x, y : (m,) arrays, mm and N, the computed curve from the unloaded state on; see `rising`.
         """
-        load = np.interp(self.x, *rising(x, y))
-        return np.asarray(np.maximum(load - self.high, 0.0) + np.minimum(load - self.low, 0.0))
+        return outside(np.interp(self.x, *rising(x, y)), *self.bounds)
 
 
 @dataclass(frozen=True)
@@ -97,6 +127,15 @@ class Reference:
     label: str
     against: str
     curves: tuple[Measured, ...]
+
+    @property
+    def notes(self) -> list[str]:
+        """The remarks of the reading, each with the name of its curve."""
+        return [f"{self.name_of(each)}: {note}" for each in self.curves for note in each.notes]
+
+    def name_of(self, curve: Measured) -> str:
+        """Its label, with the name of the file if there are several."""
+        return f"{self.label} ({curve.name})" if len(self.curves) > 1 else self.label
 
     def computed(self, history: Mapping[str, Array]) -> tuple[Array, Array]:
         """The computed curve from the unloaded state on: x (mm) and load (N), (m,) each, see `rising`; that state alone if the
@@ -129,3 +168,13 @@ def rising(x: Array, y: Array) -> tuple[Array, Array]:
     reached first."""
     first = np.diff(np.maximum.accumulate(x), prepend=-np.inf) > 0
     return x[first], y[first]
+
+
+def outside(load: Array, low: Array, high: Array) -> Array:
+    """Distance of loads from the nearer one of two bounds, N: above 0 over the upper one, below 0 under the lower one."""
+    return np.asarray(np.maximum(load - high, 0.0) + np.minimum(load - low, 0.0))
+
+
+def area_under(y: Array, x: Array) -> float:
+    """Area under a polyline; np.trapezoid exists from NumPy 2.0 on only."""
+    return float(0.5 * (y[1:] + y[:-1]) @ np.diff(x))
