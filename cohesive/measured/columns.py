@@ -123,9 +123,8 @@ def _named(table: TextTable, name: str | int, key: str) -> int:
     raise TableError(f"there is no column {name!r} (reference.{key}); {what}")
 
 
-def _candidates(table: TextTable, columns: Iterable[int], known: dict[str, float]) -> list[int]:
+def _candidates(table: TextTable, every: list[int], known: dict[str, float]) -> list[int]:
     """Columns that may be meant: those that change, and whose unit is not of another kind; if there are none, all."""
-    every = list(columns)
     kind = [i for i in every if not known_unit(table.units[i]) or factor_in(table.units[i], known) is not None] or every
     return kind if len(kind) < 2 else [i for i in kind if not table.is_constant(i)] or kind
 
@@ -146,7 +145,7 @@ def _loads(table: TextTable, notes: list[str]) -> list[int]:
     lower, upper = ([i for i in every if words & set(_plain(table.titles[i]).split())] for words in (_LOWER, _UPPER))
     lower, upper = (_best(table, side) for side in (lower, upper))
     if len(lower) == 1 and len(upper) == 1:
-        if others := [i for i in every if i not in lower + upper]:
+        if others := [i for i in named if i not in lower + upper]:
             band, rest = _numbered(table, lower + upper), _numbered(table, others)
             notes.append(f"columns {band} are taken as a band; it also has {rest}")
         return lower + upper
@@ -156,7 +155,7 @@ def _loads(table: TextTable, notes: list[str]) -> list[int]:
             f"columns {_numbered(table, single)} are all loads: are they different specimens? expected reference.x and "
             "reference.y = names or numbers of the columns of one"
         )
-    if single and (others := [i for i in every if i not in single]):
+    if single and (others := [i for i in named if i not in single]):
         notes.append(f"column {_numbered(table, single)} is taken as load; it also has {_numbered(table, others)}")
     return single
 
@@ -182,7 +181,8 @@ def _abscissa(table: TextTable, against: str | None, notes: list[str]) -> list[i
         i: next((place for place, motion in enumerate(order) if _says(title, motion)), None)
         for i, title in enumerate(table.titles)
     }
-    every = _candidates(table, (i for i, place in motion_of.items() if place is not None), LENGTHS)
+    named = [i for i, place in motion_of.items() if place is not None]
+    every = _candidates(table, named, LENGTHS)
     if not every:
         return []
 
@@ -196,7 +196,7 @@ def _abscissa(table: TextTable, against: str | None, notes: list[str]) -> list[i
     exact = [i for i in alike if _plain(table.titles[i]) == order[rank(first)[2]]]
     gauges = [i for i in alike if _stem(table.titles[i]) == _stem(table.titles[first])]
     taken = gauges if len(gauges) > 1 else exact[:1] or [first]
-    others = [i for i in every if i not in taken]
+    others = [i for i in named if i not in taken]
     also = f"; it also has {_numbered(table, others)}" if others else ""
     if len(taken) > 1:
         notes.append(f"columns {_numbered(table, taken)} are gauges of one quantity: x is their mean{also}")

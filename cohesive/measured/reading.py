@@ -13,7 +13,7 @@ from ..errors import ParameterError, SceneError
 from .columns import MOTIONS, Choice, choose
 from .curve import Measured, rising
 from .text_table import TableError, TextTable, read_table
-from .units import FORCES, LENGTHS, factor_in, factor_of, listed
+from .units import FORCES, LENGTHS, factor_in, factor_of
 
 #: largest measured load over the area of the crack, MPa, and motion at it over the root of that area, of any concrete
 _STRESSES, _MOTIONS = (0.02, 100.0), (1e-5, 0.1)
@@ -117,7 +117,7 @@ def _unit(table: TextTable, column: int, given: str | None, known: dict[str, flo
         what = "length" if known is LENGTHS else "force"
         raise TableError(
             f"column {column + 1} ({table.titles[column]}): its unit {unit} is no {what} that is known; expected another "
-            f"column, or reference.{key}_unit = one of {listed(known)}"
+            f"column, or reference.{key}_unit"
         )
     return unit, factor
 

@@ -53,14 +53,9 @@ def factor_of(unit: str, known: dict[str, float], key: str) -> float:
     sign, name = (-1.0, name[1:].strip()) if name.startswith("-") else (1.0, name)
     factor = factor_in(name, known)
     if factor is None:
-        expected = f"one of {listed(known)}, with a minus before it to turn the sign"
-        raise ParameterError(f"{key} = {unit!r}: expected {expected}", key)
+        what = ", ".join(each for each in known if each.isascii())
+        raise ParameterError(f"{key} = {unit!r}: expected one of {what}, with a minus before it to turn the sign", key)
     return sign * factor
-
-
-def listed(known: dict[str, float]) -> str:
-    """The names of units in a message."""
-    return ", ".join(each for each in known if each.isascii())
 
 
 def factor_in(text: str, known: dict[str, float]) -> float | None:
@@ -80,7 +75,7 @@ def factor_in(text: str, known: dict[str, float]) -> float | None:
 
 def known_unit(text: str) -> str:
     """A unit as the lists write it, whatever its case if that leaves no doubt; empty if it is none."""
-    text = text.strip()
+    text = text.strip().removesuffix(".")
     every = [*LENGTHS, *FORCES, *_OTHERS]
     if text in every:
         return text
