@@ -30,7 +30,7 @@ def add_parser(commands: Commands) -> None:
     p.add_argument("--softening", metavar="CURVES", help="compare curves, as in exponential,hordijk,kink,points:4")
     p.add_argument("--loss", choices=("linear", "soft_l1", "band"), help="default: band for a measured band, else linear")
     p.add_argument("--weights", choices=("arc", "rows"), default="arc", help="what counts alike: length of curve, or rows")
-    p.add_argument("--starts", type=int, default=1, metavar="N", help="so many starts, all distinct minima (default: 1)")
+    p.add_argument("--starts", type=int, default=1, metavar="N", help="number of starts, all distinct minima (default: 1)")
     p.add_argument("--profile", action="store_true", help="intervals by profile likelihood")
     p.add_argument(
         "--scatter", action="append", default=[], metavar="KEY=DEVIATION", help="known scatter, as specimen.notch=0.5"

@@ -65,6 +65,8 @@ def choose(
     """
     notes: list[str] = []
     wanted = None if y is None else [y] if isinstance(y, (str, int)) else list(y)
+    if wanted is not None and len(wanted) not in (1, 2):
+        raise TableError(f"reference.y = {y!r}: expected one column, or a list of two, lower and upper bound")
     if not table.has_titles and x is None and wanted is None and len(table.titles) == 2:
         motion = against or ("cmod" if "cmod" in motions else "opening")
         return Choice([0], [1], motion, [f"its columns have no names: column 1 is taken as {motion}, column 2 as load"])

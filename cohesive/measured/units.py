@@ -35,6 +35,9 @@ _BRACKETED = re.compile(r"^(.*?)\s*[\[(<{]\s*([^\[\](){}<>]*?(?:\([^()]*\)[^\[\]
 _APPENDED = re.compile(r"^(.*?\S)\s*(?:[,;:/_]|\bin\b|\s)\s*(\S.*)$", re.DOTALL)
 _CLAIMED = re.compile(r"^(.*\S)\s*(?:[,/]\s*|\bin\s+)([^\s,;:/_]+)\s*$", re.DOTALL)
 
+#: end of a heading in which a unit is looked for, characters
+_LONGEST = 200
+
 #: what stands in brackets and is no unit: numbers, sides, statistics
 _QUALIFIERS = {"left", "right", "front", "back", "top", "bottom", "north", "south", "east", "west", "links", "rechts", "vorne",
                "hinten", "oben", "unten", "mean", "average", "mittel", "mittelwert", "min", "max", "minimum", "maximum",
@@ -85,11 +88,16 @@ def known_unit(text: str) -> str:
 
 def split_title(title: str) -> tuple[str, str]:
     """Name and unit of a column's heading; the unit is empty if it claims none, and as it is written if it is not known."""
-    title = title.strip()
+    before, title = title.strip()[:-_LONGEST], title.strip()[-_LONGEST:]
+    name, unit = _split(title)
+    return before + name, unit
+
+
+def _split(title: str) -> tuple[str, str]:
     if match := _BRACKETED.match(title):
         name, inside = match[1].strip(" ,;:/_"), match[2]
         if _is_qualifier(inside):
-            name, unit = split_title(match[1]) if match[1] else (title, "")
+            name, unit = _split(match[1]) if match[1] else (title, "")
             return f"{name} {inside}".strip(" -"), unit
         return name, bare_unit(inside) or inside
     at = 0
