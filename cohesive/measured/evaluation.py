@@ -106,8 +106,8 @@ def _as_wanted(measured: Measured, standard: str, wanted: str) -> tuple[Array, A
         x, y = np.r_[0.0, opening[kept]], np.r_[0.0, measured.y[kept]]
         return x, y, ["openings from the deflection, (deflection - .04 mm)/.85"]
     raise SceneError(
-        f"reference.against = '{measured.against}': {standard} wants load over {wanted}; expected such a curve, or another "
-        "standard",
+        f"reference.against = '{measured.against}': {standard} wants load over {wanted}; expected a curve with "
+        f"reference.against = '{wanted}', or another standard",
         "reference.against",
     )
 

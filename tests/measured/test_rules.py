@@ -41,6 +41,7 @@ SAME: dict[str, str] = {
     "an opening besides": table("opening,cmod,load", 0.7 * X, X, Y),
     "a crack opening besides": table("crack opening [mm],Load [N],CMOD [mm]", 0.7 * X, Y, X),
     "a deflection besides": semicolons("Durchbiegung [mm];Traversenweg [mm];CMOD [mm];Kraft [N]", X + 0.1, 2.0 * X, X, Y),
+    "a gauge without a unit": table("CMOD,COD [mm],Load [N]", 7.0 * X, X, Y),
     "two gauges": semicolons("Time;Force;COD 1;COD 2", T, 1e-3 * Y, 1.1 * X, 0.9 * X, units="s;kN;mm;mm"),
     "two gauges, units apart": table("CMOD left [mm],CMOD right [um],Load [N]", 1.1 * X, 0.9e3 * X, Y),
     "two sides": semicolons("Rissöffnung links [mm];Rissöffnung rechts [mm];Kraft [N]", 1.1 * X, 0.9 * X, Y),
@@ -104,6 +105,9 @@ REFUSED = {
     "a constant load": (table("CMOD [mm],Load [N]", X, 0.0 * Y + 5.0), "its load is 5 N in every row"),
     "xx": (table("CMOD [mm],Load [xx]", X, Y), r"column 2 \(Load\): its unit xx is no force that is known"),
     "xx in a row": (semicolons("Zeit;CMOD;Kraft", T, X, Y, units="s;mm;xx"), "its unit xx is no force"),
+    "xx after a stroke": (table("CMOD / mm,Load / xx", X, Y), "its unit xx is no force"),
+    "xx after in": (semicolons("Kraft in N;Rissöffnung in xx", Y, X), "its unit xx is no length"),
+    "three bounds": (table("CMOD,Load", X, Y), "expected one column, or a list of two"),
     "tons": (semicolons("Kraft [to];CMOD [mm]", Y, X), "its unit to is no force"),
     "kilograms": (table("CMOD [mm],Load [kg]", X, Y), "its unit kg is no force"),
     "milli or mega": (table("CMOD [mm],Load [mn]", X, Y), "its unit mn is no force"),
@@ -118,8 +122,9 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_told_is_refused_by_its_name(case: str, tmp_path: Path) -> None:
     text, message = REFUSED[case]
+    keys = {"y": [1, 2, 3]} if case == "three bounds" else {}
     with pytest.raises(SceneError, match=f"^reference.file = 'test.csv': .*{message}") as caught:
-        read(tmp_path, text)
+        read(tmp_path, text, **keys)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 250
 
 
