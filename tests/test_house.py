@@ -172,25 +172,14 @@ def test_there_are_no_circles() -> None:
 # -- rule 2 -----------------------------------------------------------------------------------------
 
 
-def test_the_law_stands_on_numpy_and_scipy() -> None:
+@pytest.mark.parametrize("name", ["law", "measured"])
+def test_law_and_measured_data_stand_on_numpy_and_scipy(name: str) -> None:
     def wrong() -> Iterator[str]:
-        for path in files("cohesive/law"):
+        for path in files(f"cohesive/{name}"):
             for each in imports(path):
                 top = each.module.split(".")[0]
-                is_ours = top == "cohesive" and room(each.module) in {"law", *OPEN_TO_ALL}
+                is_ours = top == "cohesive" and room(each.module) in {name, *OPEN_TO_ALL}
                 if not is_ours and top not in {"numpy", "scipy"} and top not in sys.stdlib_module_names:
-                    yield str(each)
-
-    fails(wrong())
-
-
-def test_measured_data_stand_on_numpy() -> None:
-    def wrong() -> Iterator[str]:
-        for path in files("cohesive/measured"):
-            for each in imports(path):
-                top = each.module.split(".")[0]
-                is_ours = top == "cohesive" and room(each.module) in {"measured", *OPEN_TO_ALL}
-                if not is_ours and top != "numpy" and top not in sys.stdlib_module_names:
                     yield str(each)
 
     fails(wrong())
