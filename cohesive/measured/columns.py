@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from .text_table import TableError, TextTable
-from .units import FORCES, LENGTHS, factor_in, known_unit
+from .units import FORCES, LENGTHS, SIDES, factor_in, known_unit
 
 #: what names of columns say of themselves, the first is looked for first
 _WORDS = {
@@ -26,9 +26,6 @@ _LOADS = ("load", "force")
 _ENDINGS = {"opening": ("öffnung", "ouverture", "ouverture de fissure"), "deflection": ("durchbiegung", "flèche", "fleche"),
             "driven": ("weg", "déplacement", "deplacement"), "load": ("kraft", "force", "effort", "charge")}  # fmt: skip
 _LOWER, _UPPER = {"min", "minimum", "lower", "low"}, {"max", "maximum", "upper", "high"}
-#: what tells gauges of one quantity apart: a number, a side
-_SIDES = {"left", "right", "front", "back", "top", "bottom", "north", "south", "east", "west", "links", "rechts", "vorne",
-          "hinten", "gauche", "droite", "a", "b"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -209,7 +206,7 @@ def _abscissa(table: TextTable, against: str | None, notes: list[str]) -> list[i
 
 def _stem(title: str) -> str:
     """A title without what tells gauges of one quantity apart."""
-    return " ".join(word for word in _plain(title).split() if not word.isdecimal() and word not in _SIDES)
+    return " ".join(word for word in _plain(title).split() if not word.isdecimal() and word not in SIDES)
 
 
 def _says(title: str, motion: str) -> bool:

@@ -22,6 +22,9 @@ _STRESSES, _MOTIONS = (0.02, 100.0), (1e-5, 0.1)
 #: set to zero
 _OFFSET, _UNLOADED = 0.25, 0.1
 
+#: two gauges of one quantity are no pair if one moves by less than this part of the other
+_DEAD = 0.2
+
 #: part of the largest load from which on a load at the start is said
 _PRELOAD = 0.01
 
@@ -89,7 +92,12 @@ def _measured(
     x_units = [_unit(table, column, given[0], LENGTHS, "x") for column in choice.x]
     y_units = [_unit(table, column, given[1], FORCES, "y") for column in choice.y]
     values = table.values([*choice.x, *choice.y]) * [factor for _, factor in (*x_units, *y_units)]
-    x, loads = values[:, : len(choice.x)].mean(axis=1), values[:, len(choice.x) :]
+    gauges, loads = np.split(values, [len(choice.x)], axis=1)
+    ways = np.ptp(gauges, axis=0)
+    if ways.min() < _DEAD * ways.max():
+        moved = " and ".join(f"{way:.3g}" for way in ways)
+        raise TableError(f"its gauges of one quantity move by {moved} mm: expected reference.x = the column of one that lives")
+    x = gauges.mean(axis=1)
     if len(x) > 1 and not np.ptp(loads, axis=0).any():
         raise TableError(f"its load is {loads[0, 0]:g} N in every row; expected reference.y = a column that changes")
     shift, notes = _offset(x, loads.mean(axis=1), choice.against)

@@ -38,10 +38,12 @@ _CLAIMED = re.compile(r"^(.*\S)\s*(?:[,/]\s*|\bin\s+)([^\s,;:/_]+)\s*$", re.DOTA
 #: end of a heading in which a unit is looked for, characters
 _LONGEST = 200
 
-#: what stands in brackets and is no unit: numbers, sides, statistics
-_QUALIFIERS = {"left", "right", "front", "back", "top", "bottom", "north", "south", "east", "west", "links", "rechts", "vorne",
-               "hinten", "oben", "unten", "mean", "average", "mittel", "mittelwert", "min", "max", "minimum", "maximum",
-               "lower", "upper", "measured", "gemessen", "corrected", "korrigiert"}  # fmt: skip
+#: what tells gauges of one quantity apart, besides a number
+SIDES = {"left", "right", "front", "back", "top", "bottom", "north", "south", "east", "west", "links", "rechts", "vorne",
+         "hinten", "oben", "unten", "gauche", "droite", "a", "b"}  # fmt: skip
+#: what stands in brackets as well and is no unit
+_QUALIFIERS = SIDES | {"mean", "average", "mittel", "mittelwert", "min", "max", "minimum", "maximum", "lower", "upper",
+                       "measured", "gemessen", "corrected", "korrigiert"}  # fmt: skip
 
 
 def factor_of(unit: str, known: dict[str, float], key: str) -> float:

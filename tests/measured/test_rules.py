@@ -103,6 +103,7 @@ REFUSED = {
     "two loads, one x": (table("CMOD [mm],Load 1 [N],Load 2 [N]", X, Y, Y), r"2 \(Load 1\), 3 \(Load 2\) are all loads"),
     "load and force": (semicolons("Last;Kraft B1;Kraft B2;COD", T, Y, Y, X), "expected reference.x and reference.y = names"),
     "a constant load": (table("CMOD [mm],Load [N]", X, 0.0 * Y + 5.0), "its load is 5 N in every row"),
+    "a gauge that hangs": (table("COD 1,COD 2,Load", X, 0.3 + 0.01 * X, Y), "gauges of one quantity move by 4 and 0.04 mm"),
     "xx": (table("CMOD [mm],Load [xx]", X, Y), r"column 2 \(Load\): its unit xx is no force that is known"),
     "xx in a row": (semicolons("Zeit;CMOD;Kraft", T, X, Y, units="s;mm;xx"), "its unit xx is no force"),
     "xx after a stroke": (table("CMOD / mm,Load / xx", X, Y), "its unit xx is no force"),
