@@ -4,14 +4,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .band import mesh_band
-    from .band_files import read_band_mesh
+    from .cutting.insertion import crack_front_length, insert_cracks
     from .errors import MeshError
-    from .files import read_mesh
-    from .insertion import crack_front_length, insert_cracks
-    from .outline import Outline
-    from .polygon import mesh_body, mesh_polygon
-    from .sizes import MeshSizes
+    from .files.bands import read_band_mesh
+    from .files.reading import read_mesh
+    from .generation.band import mesh_band
+    from .generation.outline import Outline
+    from .generation.polygon import mesh_body, mesh_polygon
+    from .generation.sizes import MeshSizes
     from .specimens import (
         MixedModePlate,
         NotchedBeam,
@@ -51,11 +51,11 @@ __all__ = [
 #: where each name lives; it is loaded when it is first asked for
 _HOME = {
     "MeshError": "errors",
-    "MeshSizes": "sizes",
+    "MeshSizes": "generation.sizes",
     "MixedModePlate": "specimens",
     "NotchedBeam": "specimens",
     "NotchedTension": "specimens",
-    "Outline": "outline",
+    "Outline": "generation.outline",
     "PlaneSpecimen": "specimens",
     "PushOff": "specimens",
     "SandwichPanel": "specimens",
@@ -63,13 +63,13 @@ _HOME = {
     "SingleCrack3D": "specimens",
     "Specimen": "specimens",
     "UserMesh": "specimens",
-    "crack_front_length": "insertion",
-    "insert_cracks": "insertion",
-    "mesh_band": "band",
-    "mesh_body": "polygon",
-    "mesh_polygon": "polygon",
-    "read_band_mesh": "band_files",
-    "read_mesh": "files",
+    "crack_front_length": "cutting.insertion",
+    "insert_cracks": "cutting.insertion",
+    "mesh_band": "generation.band",
+    "mesh_body": "generation.polygon",
+    "mesh_polygon": "generation.polygon",
+    "read_band_mesh": "files.bands",
+    "read_mesh": "files.reading",
 }
 
 
