@@ -18,7 +18,8 @@ from ..algebra.choice import Bulk, Condensation, condense
 from ..algebra.crack_operator import CrackOperator
 from ..algebra.unknowns import Unknowns
 from ..arrays import Array, Index
-from ..elements.bulk import BAND_COLUMNS, ElasticBlock, elasticity
+from ..elements.bulk import ElasticBlock, elasticity
+from ..elements.registry import element_in_band
 from ..errors import ElementError, SceneError
 from ..scenes.scene import Scene
 from ..solver.loading import DEAD, Actuator, Loading
@@ -173,7 +174,7 @@ def _elements(scene: Scene, mesh: CrackedMesh) -> tuple[list[ElasticBlock], list
     ]
     cracking = []
     for block in mesh.band:
-        kind, columns = BAND_COLUMNS[block.type] if mesh.is_row else (block.type, list(range(block.data.shape[1])))
+        kind, columns = element_in_band(block.type) if mesh.is_row else (block.type, list(range(block.data.shape[1])))
         cracking.append(ElasticBlock(kind, points, block.data[:, columns], D, t))
     return elastic, cracking
 
