@@ -46,7 +46,8 @@ BELOW, BELOW_IN_MESHING = below(FLOORS), below(FLOORS_OF_MESHING)
 FACADES = {"__init__", "__main__", "petsc"}
 OPEN_TO_ALL = {"errors", "arrays"}
 
-#: of meshing, besides its errors, which are open to all
+#: of meshing: what all rooms may see, the law too
+OPEN_OF_MESHING = {"meshing.errors", "meshing.keys"}
 WHOLE_MESHING = {"scenes", "model"}
 GEOMETRY = {"meshing.cells", "meshing.cutting.stars", "meshing.paths"}
 SEES_GEOMETRY = {"results", "studies", "growth", "elements"}
@@ -146,7 +147,7 @@ def test_few_rooms_import_meshing() -> None:
             here = room(module(path))
             if here in WHOLE_MESHING or here in FACADES:
                 continue
-            allowed = {"meshing.errors"} | (GEOMETRY if here in SEES_GEOMETRY else set())
+            allowed = OPEN_OF_MESHING | (GEOMETRY if here in SEES_GEOMETRY else set())
             for each in imports(path):
                 if each.module.split(".")[0] == "meshing" and each.module not in allowed:
                     yield f"{each}; {here} sees {', '.join(sorted(allowed))} only"
@@ -200,7 +201,7 @@ def test_the_law_stands_on_numpy_and_scipy() -> None:
         for path in files("cohesive/law"):
             for each in imports(path):
                 top = each.module.split(".")[0]
-                is_ours = top == "cohesive" and room(each.module) in {"law", *OPEN_TO_ALL}
+                is_ours = each.module in OPEN_OF_MESHING or (top == "cohesive" and room(each.module) in {"law", *OPEN_TO_ALL})
                 if not is_ours and top not in {"numpy", "scipy"} and top not in sys.stdlib_module_names:
                     yield str(each)
 
