@@ -11,6 +11,8 @@ from matplotlib.collections import Collection, LineCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
+from meshing.cells import CELLS
+
 from ..arrays import Array
 from ..elements.rotations import major_stress
 from .cell_figures import corners_of, fill_cells
@@ -21,9 +23,6 @@ from .solid_figures import draw_body, draw_crack, frame_body, seen_ratio, solid_
 if TYPE_CHECKING:
     from ..solver.problem import State
     from .run_data import RunData
-
-#: corners of the bulk cells
-CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad6": 4}
 
 _STRESS = "major principal stress (MPa)"
 
@@ -82,14 +81,14 @@ def _draw_plane(axes: Axes, data: RunData, row: int) -> None:
     """A 2D body with its crack faces, or with the open crack planes of its band."""
     frame = data.frame(row)
     (warped, factor), stress = _warped(data, frame), _stress(frame)
-    faces = [warped[block.cells[:, : CORNERS[block.kind]]] for block in (*data.model.bulk, *data.model.band)]
+    faces = [warped[block.cells[:, : block.element.cell.n_corners]] for block in (*data.model.bulk, *data.model.band)]
     body = fill_cells(axes, corners_of(faces), stress)
     _limit(body, stress)
     if data.model.is_smeared:
         _draw_planes(axes, data, data.states[row], faces[len(data.model.bulk) :])
     elif (crack := data.model.mesh.crack) is not None:
-        for a, b in ((0, 1), (3, 2)):
-            axes.add_collection(LineCollection(list(warped[crack.data[:, [a, b]]]), colors="C3", linewidths=0.8))
+        for side in CELLS[crack.type].sides:
+            axes.add_collection(LineCollection(list(warped[crack.data[:, side[:2]]]), colors="C3", linewidths=0.8))
     margin = 0.02 * float(np.ptp(data.model.mesh.points, axis=0).max())
     axes.set_xlim(warped[:, 0].min() - margin, warped[:, 0].max() + margin)
     axes.set_ylim(warped[:, 1].min() - margin, warped[:, 1].max() + margin)

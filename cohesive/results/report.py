@@ -95,7 +95,7 @@ def _warnings(data: RunData) -> list[str]:
         found.append(overload)
     if crushed := crushing(data):
         found.append(crushed)
-    locking = {block.kind for block in data.model.band} & {"triangle", "tetra"}
+    locking = {block.kind for block in data.model.band if block.element.has_constant_strain}
     if locking:
         found.append(f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high")
     departure = _departure(data)
