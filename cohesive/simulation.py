@@ -125,8 +125,7 @@ def _march(
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
-        built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, record, notes + stopped, reference, found)
+        return Result.from_run(scene, built, record, notes + stopped, time.perf_counter() - clock, reference, found)
 
     def observed(state: State) -> dict[str, float]:
         return built.record(state) | built.crack_lengths(state)

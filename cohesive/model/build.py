@@ -57,7 +57,7 @@ def build(scene: Scene, tangent: str = "consistent", on_phase: Callable[[str], N
     with _timed(timings, "mesh", on_phase), _keys_named():
         mesh = cracked_mesh(scene)
     with _timed(timings, "assemble", on_phase), _keys_named():
-        elastic, cracking = _elements(scene, mesh)
+        elastic, cracking = elements(scene, mesh)
         cracks = _cracks(scene, mesh, cracking)
         held = boundary(scene.specimen, mesh, scene.model.plane, scene.model.half)
         bulk, rows = _unknowns(scene, mesh, (elastic, cracking), cracks, held)
@@ -89,7 +89,7 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
     factor = scene.material.E / own.material.E
     with _timed(timings, "assemble"), _keys_named():
         _check_held(scene, model.mesh, boundary(scene.specimen, model.mesh, scene.model.plane, scene.model.half))
-        elastic, cracking = _elements(scene, model.mesh)
+        elastic, cracking = elements(scene, model.mesh)
         cracks = _cracks(scene, model.mesh, cracking)
         area = _area(scene, model.mesh, cracks)
         condensation = model.condensation.scaled(factor)
@@ -159,7 +159,7 @@ def _thickness(scene: Scene, mesh: CrackedMesh) -> float:
     return scene.specimen.thickness
 
 
-def _elements(scene: Scene, mesh: CrackedMesh) -> tuple[list[ElasticBlock], list[ElasticBlock]]:
+def elements(scene: Scene, mesh: CrackedMesh) -> tuple[list[ElasticBlock], list[ElasticBlock]]:
     """The elastic elements, and those that may crack."""
     if mesh.dimension == 3 and scene.model.plane == "strain" and 2 not in scene.specimen.dimensions:
         raise SceneError(

@@ -43,9 +43,9 @@ def test_the_band_is_chosen_along_the_path(kind: str, within: float, tmp_path: P
     both = compare(beam(tmp_path, kind))
     assert any("the crack band is the" in note for note in both.notes)
     assert abs(both.table["peak"]["relative_difference"]) < within
-    assert both.smeared.model.mesh.is_row == (kind == "quad")
+    assert both.smeared.fields.mesh.is_row == (kind == "quad")
     if kind == "quad":
-        assert both.smeared.model.cracks.width == pytest.approx(8.0)
+        assert both.smeared.width == pytest.approx(8.0)
 
 
 def test_a_band_without_faces_needs_a_gauge(tmp_path: Path) -> None:

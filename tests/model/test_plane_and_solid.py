@@ -76,7 +76,7 @@ def test_a_penny_shaped_notch_opens_as_sneddons() -> None:
         }
     )  # fmt: skip
     result, m = run(scene), scene.material
-    points, u = result.model.mesh.points, result.frame(1).displacement[:, 1]
+    points, u = result.fields.mesh.points, result.frame(1).displacement[:, 1]
     r = np.hypot(points[:, 0], points[:, 2])
     on = (abs(points[:, 1]) < 1e-9) & (r < 0.5 * a)
     jump = 2 * abs(u[on] - result.history["driven"][1] / 2)
@@ -92,7 +92,7 @@ def test_a_slanted_crack_anywhere() -> None:
            "mesh.far_size": 25.0, "stage.0.to": 0.02, "stage.0.steps": 4}
     )  # fmt: skip
     result = run(scene)
-    assert result.model.cracks.area == pytest.approx(100 / np.cos(np.radians(20)) * 50 / np.cos(np.radians(15)), rel=0.02)
-    assert result.model.condensation.kind == "whole" and result.dissipated_energy > 0
+    assert result.facts.crack_area == pytest.approx(100 / np.cos(np.radians(20)) * 50 / np.cos(np.radians(15)), rel=0.02)
+    assert result.facts.condensation == "whole" and result.dissipated_energy > 0
     with pytest.raises(SceneError, match=r"^solver.condensation = 'always': every element may crack"):
         run(scene.with_(**{"solver.condensation": "always"}))
