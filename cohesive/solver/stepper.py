@@ -11,7 +11,6 @@ import numpy as np
 from ..errors import NotConverged
 from .controls import control_of
 from .events import Event, Watch
-from .loading import DEAD
 from .problem import Problem, State
 from .stages import Stage, event_text
 from .steps import Step
@@ -37,6 +36,7 @@ class LoadStepper:
     record : the recorded quantities of a state, by name
     step_growth : up to which multiple of the nominal step a step may grow
     notes : what the reader of the results should know about how the stages ended
+    dead : list of Step that brought the body under its dead loads, see `Problem.growing`
     """
 
     problem: Problem
@@ -44,6 +44,7 @@ class LoadStepper:
     record: Callable[[State], dict[str, float]]
     step_growth: float = 1.0
     notes: list[str] = field(default_factory=list)
+    dead: Sequence[Step] = ()
     _slack: dict[str, float] = field(default_factory=dict, init=False)  # by which each control may have missed its target
     _before: State = field(init=False)
     _state: State = field(init=False)
@@ -114,7 +115,7 @@ class LoadStepper:
                 self._note_drop(number, before.force(name, forces), f"of drive '{name}'")
         if loading.moved.is_free_across and not np.isfinite(self.problem.springs.rest[loading.moved.motions[0]]):
             self._let_go(state, number)
-        return self.problem.at_rest(state)
+        return self.problem.with_driven_load(state)
 
     def _let_go(self, state: State, number: int) -> None:
         """Put the springs in place of the force across the drive, or say that it is dropped."""
@@ -172,22 +173,25 @@ def solve(
         If the body does not bear its dead loads; then, by the iteration, if a step fails.
     """
     notes = [] if notes is None else notes
-    weighed = _under_dead_loads(problem, notes)
-    weighed.stiffness.drop_factorization()  # a run that is resumed does not have that of the dead loads
-    return LoadStepper(weighed, list(stages), partial(record, weighed), step_growth, notes)
+    dead = _dead_steps(problem)
+    if dead:
+        problem = _under_dead_loads(problem, dead[-1].equilibrium.state, notes)
+    problem.stiffness.drop_factorization()  # a run that is resumed does not have that of the dead loads
+    return LoadStepper(problem, list(stages), partial(record, problem), step_growth, notes, dead)
 
 
-def _under_dead_loads(problem: Problem, notes: list[str]) -> Problem:
-    """The body under its dead loads, from which its motions count; itself if it has none."""
+def _dead_steps(problem: Problem) -> list[Step]:
+    """The steps in which the dead loads grow, none without any."""
     if not problem.dead_factor:
-        return problem
-    weighed = replace(problem, loading=problem.loading.moving(DEAD), dead_factor=0.0)
-    stepper = LoadStepper(weighed, [Stage("driven", problem.dead_factor, steps=1)], lambda state: {})
+        return []
     try:
-        *_, step = stepper
+        return list(LoadStepper(problem.growing(), [Stage("driven", problem.dead_factor, steps=1)], lambda state: {}))
     except NotConverged as error:
         raise NotConverged(f"the body does not bear its dead loads: {error}") from error
-    state = step.equilibrium.state
+
+
+def _under_dead_loads(problem: Problem, state: State, notes: list[str]) -> Problem:
+    """The body under its dead loads, from which its motions count."""
     fell = max(abs(state.unaccounted), state.released) > problem.energy  # more set free than the whole crack can take
     if fell or problem.is_separated(state):
         raise NotConverged("the body does not bear its dead loads: they break it; expected less")
