@@ -213,6 +213,19 @@ def test_algebra_and_solver_do_not_know_the_scene() -> None:
     )
 
 
+def test_bodies_are_loaded_by_one_function() -> None:
+    """`solver.stepper.solve` alone knows dead loads and what they leave: whoever made a stepper would leave them out."""
+    names = {"LoadStepper", "TargetPath"}
+    fails(
+        f"{path.relative_to(ROOT)}:{node.lineno} makes a {called[0]}; expected solve"
+        for path in files("cohesive", "examples", "tests")
+        if path.parent != ROOT / "cohesive" / "solver"
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Call)
+        and (called := [name for name in (getattr(node.func, "id", ""), getattr(node.func, "attr", "")) if name in names])
+    )
+
+
 # -- rule 6 -----------------------------------------------------------------------------------------
 
 

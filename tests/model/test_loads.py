@@ -11,8 +11,9 @@ import meshio
 import numpy as np
 import pytest
 
-from cohesive import NotConverged, Result, Scene, run
+from cohesive import NotConverged, Result, Scene, run, sensitivities
 from cohesive.model.build import build
+from cohesive.studies.repeated_run import value_of
 from meshing.specimens import SPECIMENS, Drive, MixedModePlate
 from tests.builders import assert_refused, assert_same_history, coarse_beam, grid, plate
 
@@ -179,6 +180,23 @@ def test_what_a_region_cannot_be(tmp_path: Path) -> None:
     ):
         with pytest.raises(Exception, match=message):
             elastic(tmp_path, specimen__regions=regions)
+
+
+def test_derivatives_start_from_the_body_under_pressure(tmp_path: Path) -> None:
+    """Pulled by a pressure, which is a number as others are."""
+    scene = own(tmp_path, specimen__pressures=[{"at": "top", "value": -1.5}], stage__0__steps=5, solver__tol=1e-12)
+    keys = ["material.E", "material.ft", "material.Gf", "specimen.pressures.0.value"]
+    found = sensitivities(scene, keys)
+    assert found.is_exact
+    for key in keys:
+        value = value_of(scene, key)
+        half = 1e-5 * abs(value)
+        low, high = (run(scene.with_(**{key: value + by})).history for by in (-half, half))
+        for name in ("load", "stress_n", "work", "elastic", "dissipated"):
+            wanted = (high[name] - low[name])[1:] / (2.0 * half)
+            scale = abs(wanted).max()
+            # rounding of the runs, 1e-12 over a change of 2e-5, and its square
+            np.testing.assert_allclose(found[key][name], wanted, atol=1e-6 * scale, err_msg=f"{key} {name}")
 
 
 @pytest.mark.parametrize("kind", ["quad", "triangle6"])

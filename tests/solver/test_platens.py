@@ -91,9 +91,9 @@ def test_the_load_is_that_along_the_drive_when_the_direction_changes() -> None:
     scene = Scene.load("sandwich-panel").with_(**{"mesh.crack_size": 100.0, "mesh.far_size": 100.0, "output.frames": 0})
     _, states, built = run_and_keep(scene.with_(**{"stage.1.steps": 5, "stage.0.steps": 20}))
     before = states[20]
-    same = built.problem.driven(0.0).at_rest(before)
+    same = built.problem.driven(0.0).with_driven_load(before)
     assert same.load == pytest.approx(before.load, rel=1e-6)
-    across = built.problem.driven(90.0).at_rest(before)
+    across = built.problem.driven(90.0).with_driven_load(before)
     assert abs(across.load) < 1e-3 * before.load and across.driven == pytest.approx(0.0, abs=1e-15)
 
 

@@ -82,7 +82,7 @@ def test_a_load_beyond_the_largest_one_fails_and_says_what_helps(beam: Scene) ->
 
 def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("cohesive.solver.newton.MAX_ITERATIONS", 2)  # enough for elastic steps only
-    monkeypatch.setattr("cohesive.solver.leg.SMALLEST_STEP", 0.3)
+    monkeypatch.setattr("cohesive.solver.target_path.SMALLEST_STEP", 0.3)
     monkeypatch.setattr("cohesive.solver.snap.SNAPPING_STEPS", 0)
     monkeypatch.setattr("cohesive.solver.snap.WayBack.follow", lambda *_: [])  # no way back by dissipation either
     with pytest.raises(NotConverged, match=r"stage 1: the step from opening = .* failed down to") as caught:
@@ -156,7 +156,7 @@ def test_a_failed_step_is_cut_in_two_and_a_failed_point_in_four(
             raise NotConverged("at first") from cause
         return advance_past_onset(problem, state, control, target, reversal)
 
-    monkeypatch.setattr("cohesive.solver.leg.advance_past_onset", advance_unless_first)
+    monkeypatch.setattr("cohesive.solver.target_path.advance_past_onset", advance_unless_first)
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 5}]))
     assert tried[:2] == pytest.approx([0.01, 0.01 * factor])
     assert list(result.history["cuts"][1:3]) == [1, 0]
@@ -172,7 +172,7 @@ def test_where_newton_alternates_under_dissipation_control_secant_tangents_lead_
             raise NotConverged("by turns")
         return advance_past_onset(problem, start, *args)
 
-    monkeypatch.setattr("cohesive.solver.leg.advance_past_onset", alternating)
+    monkeypatch.setattr("cohesive.solver.target_path.advance_past_onset", alternating)
     result = run(scene)
     assert sum("Newton's method alternates from dissipation" in note for note in result.notes) == 1
     end = result.history["load"][-1]

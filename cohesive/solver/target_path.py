@@ -1,4 +1,4 @@
-"""A leg: the steps of a stage towards one target, cut if they fail, grown back if they are easy."""
+"""The steps of a stage towards one target, cut if they fail, grown back if they are easy."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _KEPT_LOAD, _LOST_ENERGY = 0.7, 0.05
 
 
 @dataclass
-class Leg:
+class TargetPath:
     """The way to one target; iterate over its steps once. With each step it stands where the next one begins.
 
     Attributes
@@ -40,8 +40,8 @@ class Leg:
     event : what ends the way before the target, or None
     before, state : the last two committed states; `state` moves along
     watch : Watch
-    slack : by which each control may have missed its last target; the leg sets its own
-    notes : of the march, to which the leg adds
+    slack : by which each control may have missed its last target; it sets its own
+    notes : of the run, to which it adds
     step_growth : up to which multiple of the nominal step a step may grow
     is_reached : whether the event has come
     """
