@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -60,7 +61,7 @@ class LoadStepper:
         self._watch = Watch(self.record)
 
     def __iter__(self) -> Iterator[Step]:
-        """The steps from where it stands: all that it knows is in its fields, so that one that was pickled goes on."""
+        """The steps from where it stands."""
         while not self._is_apart and self._finds_path():
             assert self._path is not None
             for step in self._path:
@@ -79,6 +80,36 @@ class LoadStepper:
         if self._is_apart:
             self.notes.append("ended early: the crack has run through, no traction is left")
 
+    def as_data(self) -> dict[str, Any]:
+        """Where it stands after a step, in numbers, text, arrays and data classes of them."""
+        return {
+            "loading": self.problem.loading,
+            "springs": self.problem.springs,
+            "notes": self.notes,
+            "slack": self._slack,
+            "before": self._before,
+            "state": self._state,
+            "watch": self._watch.as_data(),
+            "count": self._count,
+            "number": self._number,
+            "left": len(self._to_come),
+            "is_apart": self._is_apart,
+            "path": None if self._path is None else self._path.as_data(),
+        }
+
+    def go_on_from(self, data: Mapping[str, Any]) -> None:
+        """Stand where another one stood that gave these `as_data`, with the same problem and stages."""
+        self.problem = replace(self.problem, loading=data["loading"], springs=data["springs"])
+        self.notes[:], self._slack = data["notes"], data["slack"]
+        self._before, self._state = data["before"], data["state"]
+        self._watch.go_on_from(data["watch"])
+        self._count, self._number, self._is_apart = data["count"], data["number"], data["is_apart"]
+        targets = list(_targets(self.stages[self._number - 1]))
+        self._to_come = targets[len(targets) - data["left"] :]
+        if data["path"] is not None:
+            self._path = self._path_to(*targets[len(targets) - data["left"] - 1])
+            self._path.go_on_from(data["path"])
+
     def _finds_path(self) -> bool:
         """Whether there is a target to go to, begun or to begin."""
         while self._path is None and not self._to_come and self._number < len(self.stages):
@@ -88,12 +119,14 @@ class LoadStepper:
             if stage.redirects:
                 self._before = self._state = self._redirect(self._state, self._number, stage)
         if self._path is None and self._to_come:
-            (target, event), stage = self._to_come.pop(0), self.stages[self._number - 1]
-            self._path = TargetPath(
-                self.problem, stage, self._number, target, event, self._before, self._state, self._watch, self._slack,
-                self.notes, self.step_growth,
-            )  # fmt: skip
+            self._path = self._path_to(*self._to_come.pop(0))
         return self._path is not None
+
+    def _path_to(self, target: float, event: Event | None) -> TargetPath:
+        return TargetPath(
+            self.problem, self.stages[self._number - 1], self._number, target, event, self._before, self._state, self._watch,
+            self._slack, self.notes, self.step_growth,
+        )  # fmt: skip
 
     def _end_path(self, path: TargetPath) -> None:
         """After the last step towards a target, and of a stage."""
