@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from html import escape
 from io import BytesIO
@@ -53,7 +53,7 @@ def is_notebook() -> bool:
 
 
 @contextmanager
-def notebook_progress(stages: list[Stage]) -> Iterator[Callable[[Any, dict[str, float]], None] | None]:
+def notebook_progress(stages: Sequence[Stage]) -> Iterator[Callable[[Any, dict[str, float]], None] | None]:
     """What moves a bar below the cell after each step; None if this is no notebook."""
     if not is_notebook():
         yield None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -100,7 +100,7 @@ class Fitted:
         """What each measured curve of a notched beam says without a model, to stand beside the fitted numbers."""
         found = []
         for scene, data in zip(self._given, self.problem.data, strict=True):
-            each = [without_mass(curve, data.against, scene.data["specimen"]) for curve in data.curves]
+            each = [without_mass(curve, data.against, scene.given("specimen")) for curve in data.curves]
             found += [one for one in each if one is not None]
         return found
 
@@ -114,9 +114,8 @@ class Fitted:
         """A run of each scene with the fitted numbers, on the mesh of the fit."""
         found = []
         for i, repeated in enumerate(self.problem.repeated):
-            scene = repeated.scene.with_(**self.problem.values(self.trial.z, i))
-            scene.stages = list(self.problem.stages[i])
-            found.append(run(scene))
+            stages = [asdict(stage) for stage in self.problem.stages[i]]
+            found.append(run(repeated.scene.with_(**self.problem.values(self.trial.z, i), stage=stages)))
         return found
 
     def curve_samples(self, scene: int = 0, count: int = 200) -> list[Any]:

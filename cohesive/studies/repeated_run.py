@@ -249,13 +249,7 @@ def value_of(scene: Scene, key: str) -> float:
     SceneError
         If there is none.
     """
-    place: Any = scene.data
-    for part in key.split("."):
-        try:
-            place = place[int(part)] if isinstance(place, list) else place[part]
-        except (KeyError, IndexError, ValueError, TypeError):
-            place = None
-            break
+    place = scene.given(key)
     if place is None and key.startswith("material.") and key.count(".") == 1:  # a default, or one of a preset
         place = getattr(scene.material, key.split(".")[1], None)
     if isinstance(place, bool) or not isinstance(place, (int, float)):

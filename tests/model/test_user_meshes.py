@@ -152,7 +152,7 @@ def test_a_band_from_a_file_is_that_of_the_specimen(tmp_path: Path) -> None:
         "drive": {"at": "top", "direction": [0, 1]},
     }  # fmt: skip
     mine, own = run(Scene(data, tmp_path), "smeared"), run(scene, "smeared")
-    assert mine.model.cracks.width == pytest.approx(2.0) and mine.full_energy == pytest.approx(own.full_energy)
+    assert mine.width == pytest.approx(2.0) and mine.full_energy == pytest.approx(own.full_energy)
     for name in ("load", "opening", "driven", "dissipated", "stress_n"):
         np.testing.assert_allclose(mine.history[name], own.history[name], rtol=1e-8, err_msg=name)
     # as a region where the crack may form there is no path: no area, and the opening needs a gauge

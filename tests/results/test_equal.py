@@ -138,7 +138,7 @@ def test_it_is_the_same_from_a_pickle_and_from_its_folder(result: Result, tmp_pa
 def test_nothing_of_the_model_is_kept(result: Result) -> None:
     """No equations, factors or functions: what is in a pickle are numbers, words, the scene and its mesh."""
     text = pickle.dumps(result)
-    for room in (b"cohesive.algebra", b"cohesive.solver.problem", b"cohesive.solver.march", b"cohesive.cracks"):
+    for room in (b"cohesive.algebra", b"cohesive.solver.problem", b"cohesive.solver.stepper", b"cohesive.cracks"):
         assert room not in text, room
 
 
