@@ -60,7 +60,7 @@ def _scene(source: str, given: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
     is_scene = path.suffix == ".toml" or not path.is_file()
     if is_scene:
         scene = Scene.load(source).with_(**others)
-        known = {f"specimen.{key}": value for key, value in scene.data["specimen"].items()}
+        known = {f"specimen.{key}": value for key, value in scene.given("specimen").items()}
         return scene, known | own
     known = {key: value for key, value in others.items() if key.startswith("specimen.")}
     reference = {key: value for key, value in others.items() if key.startswith("reference.")}

@@ -100,7 +100,7 @@ class Views:
         w = np.linspace(0.0, min(end, 5.0 * material.Gf / material.ft), _POINTS)
         return cls(
             result.scene.title,
-            "smeared" if result.model.is_smeared else "discrete",
+            "smeared" if result.is_smeared else "discrete",
             np.array([int(frame.field_data["step"][0]) for frame in frames]),
             result.history,
             result.controlled,

@@ -19,7 +19,7 @@ from .fit_parameters import inside, varied
 from .fit_problem import FAILURES, FitProblem, Trial
 from .fit_result import Fit
 from .fitted import Minimum
-from .rig import Rig, value_of
+from .repeated_run import RepeatedRun, value_of
 
 LOSSES = ("linear", "soft_l1", "band")
 
@@ -150,7 +150,7 @@ def _problem(
             value_of(scene, key)
     parameters = varied(scenes, vary, own)
     started = {p.key: p.start for p in reversed(parameters)}
-    return FitProblem([Rig(scene.with_(**started)) for scene in scenes], data, parameters, loss)
+    return FitProblem([RepeatedRun(scene.with_(**started)) for scene in scenes], data, parameters, loss)
 
 
 def _reference(scene: Scene, given: Any) -> Reference:
@@ -202,7 +202,7 @@ def _first(problem: FitProblem) -> Trial:
 def _refuse_unseen(problem: FitProblem, trial: Trial) -> None:
     """Refuse numbers that no measured row sees, and those of contact and shear where a symmetric crack only opens."""
     for each in problem.parameters:
-        scenes = [problem.rigs[i].scene for i in each.scenes]
+        scenes = [problem.repeated[i].scene for i in each.scenes]
         if each.key.split(".")[-1] in _OF_SHEAR and all(map(_only_opens, scenes)):
             raise _unseen(each.key)
     moved = np.zeros(len(problem.parameters))
@@ -386,10 +386,11 @@ def _scatter(problem: FitProblem, trial: Trial, scatter: Mapping[str, float]) ->
         if not 0.0 < deviation < np.inf:
             raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
         parts = []
-        for i, (rig, data) in enumerate(zip(problem.rigs, problem.data, strict=True)):
+        for i, (repeated, data) in enumerate(zip(problem.repeated, problem.data, strict=True)):
             values = problem.values(trial.z, i)
-            base = values.get(key, value_of(rig.scene, key))
-            other = FitProblem([Rig(rig.scene.with_(**{**values, key: base + deviation}))], [data], [], problem.loss)
+            base = values.get(key, value_of(repeated.scene, key))
+            moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
+            other = FitProblem([moved], [data], [], problem.loss)
             shifted = other.trial(np.zeros(0)).loads[0]
             change = (shifted - trial.loads[i]) / data.peak
             parts.append(data.gather @ change)
