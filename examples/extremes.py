@@ -140,7 +140,7 @@ def loop(result: Result) -> str:
     last = h["stage"] > h["stage"].max() - 4
     start = np.flatnonzero(last)[0] - 1
     work = h["work"] - h["elastic"] - h["stored"] - h["dissipated"]
-    return f"{(work[-1] - work[start]) / result.problem.energy:+.2f}"
+    return f"{(work[-1] - work[start]) / (result.scene.material.Gf * result.facts.crack_area):+.2f}"
 
 
 def against(scale: float, base: Scene, result: Result) -> str:

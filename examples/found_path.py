@@ -78,10 +78,9 @@ def two_notches(size: float, apart: float = 20.0) -> Scene:
 
 def open_planes(result: Result) -> tuple[Array, Array]:
     """Places and directions of the crack planes of a smeared model that are open."""
-    planes, cracks = result.last.cracks.planes, result.model.cracks
-    opening = planes.length * planes.strain[:, 0]
-    is_open = opening > 0.05 * opening.max()
-    return cracks.where[planes.point[is_open]], planes.rotation[is_open, 1]
+    planes = result.fields.planes.of(result.steps)
+    is_open = planes.opening > 0.05 * planes.opening.max()
+    return result.fields.where[planes.point[is_open]], planes.normal[is_open][:, ::-1] * [-1.0, 1.0]
 
 
 def main(size: float = 1.0, plot: Path | None = None) -> Found:

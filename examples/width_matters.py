@@ -46,7 +46,7 @@ def measured(result: Result) -> Row:
     opening, load = (result.history[name] for name in ("opening", "load"))
     early = float(np.interp(EARLY, opening, load))
     return Row(
-        result.model.cracks.width,
+        result.width,
         early,
         result.peak_load,
         result.opening_at_peak,

@@ -13,6 +13,8 @@ import pytest
 
 from cohesive import Result, Scene, SceneError, run
 from cohesive.arrays import Array, Index
+from cohesive.model.build import build
+from cohesive.model.model import Model
 from cohesive.solver.problem import State
 from meshing import MeshError
 from meshing.generation.extrusion import with_mid_nodes
@@ -47,10 +49,13 @@ def plate(**changes: Any) -> Scene:
     )
 
 
-def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State]]:
-    """A run with the state of every row."""
-    result = run(scene, model)
-    return result, list(result.states)
+def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State], Model]:
+    """A run with the state of every row, and a model of the same scene."""
+    scene = scene if model is None else scene.with_(**{"model.kind": model})
+    built = build(scene)
+    states = [built.problem.initial()]
+    result = run(scene, on_step=lambda step, row: states.append(step.equilibrium.state))
+    return result, states, built
 
 
 #: columns of a history that belong to a state, and those whose scale another one gives, as they may be rounding only

@@ -94,9 +94,9 @@ class Recovery:
     condensed: Condensed | None = None
 
     def __call__(self, v: Array) -> Array:
-        """(m, d) displacements, mm."""
-        every = v if self.condensed is None else self.condensed.recover(v)
-        return np.asarray(self.transform @ every).reshape(self.shape)
+        """Displacements (m, d) from unknowns (n,), or (k, m, d) from those of several states, (k, n), mm."""
+        every = v.T if self.condensed is None else self.condensed.recover(v.T)
+        return np.asarray((self.transform @ every).T.reshape(*v.shape[:-1], *self.shape))
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def _curves(source: str, given: dict[str, Any]) -> tuple[Sequence[Measured], dic
         reference = load_reference(scene)
         if reference is None:
             raise SceneError(f"reference is missing in {source}: expected a measured curve", "reference")
-        return reference.curves, {f"specimen.{key}": value for key, value in scene.data["specimen"].items()} | own
+        return reference.curves, {f"specimen.{key}": value for key, value in scene.given("specimen").items()} | own
     known = {key: value for key, value in others.items() if key.startswith("specimen.")}
     keys = {key: value for key, value in others.items() if key.startswith("reference.")}
     if unknown := sorted(set(others) - set(known) - set(keys)):

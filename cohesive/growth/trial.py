@@ -103,7 +103,7 @@ def run_trial(
     return trial
 
 
-def _march(trial: Trial, model: Model, stages: list[Stage], scene: Scene, largest_turn: float) -> None:
+def _march(trial: Trial, model: Model, stages: Sequence[Stage], scene: Scene, largest_turn: float) -> None:
     """Fill a trial step by step."""
     control = scene.stages[0].control
     old = [_Seen(probe.nothing, 0.0, 0.0, 0.0, 0.0, math.nan) for probe in trial.probes]
@@ -185,7 +185,7 @@ def _reached(old: list[_Seen], new: list[_Seen], target: float, together: bool) 
     return {i: seen.due for i, seen in enumerate(between) if seen.stress >= _TOGETHER * target}
 
 
-def _stages(stages: list[Stage], first_only: bool, before: float | None) -> list[Stage]:
+def _stages(stages: Sequence[Stage], first_only: bool, before: float | None) -> Sequence[Stage]:
     """The stages of a trial: a single monotonic one up to the largest target, in long steps where no tip is due yet."""
     if len(stages) > 1:
         return stages

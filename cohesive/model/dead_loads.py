@@ -13,6 +13,7 @@ from meshing.specimens import Specimen
 from meshing.specimens.base import Pressure
 
 from ..arrays import Array
+from ..elements.registry import facet_of
 from ..errors import SceneError
 from .elements import Elements
 from .mesh import CrackedMesh
@@ -22,15 +23,6 @@ GRAVITY = 9.80665
 
 #: kg/m^3 times m/s^2 in N/mm^3
 _PER_VOLUME = 1e-9
-
-#: shares of the nodes in the load of a facet: of an edge [a, b(, mid)], of a face [corners(, mids)]
-_SHARES = {
-    (2, 2): [0.5, 0.5],
-    (2, 3): [1 / 6, 1 / 6, 2 / 3],
-    (3, 3): [1 / 3] * 3,
-    (3, 4): [1 / 4] * 4,
-    (3, 6): [0.0] * 3 + [1 / 3] * 3,
-}
 
 
 def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements) -> Array | None:
@@ -71,7 +63,7 @@ def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
         found |= bool(at.any())
         nodes, k = star.nodes[at], star.corners
         outward = _outward(mesh.points, nodes[:, :k])
-        shares = np.array(_SHARES[(mesh.dimension, nodes.shape[1])])
+        shares = facet_of(cells[0].type).shares
         np.add.at(force, nodes, -pressure.value * shares[None, :, None] * outward[:, None, :])
     if not found:
         raise SceneError(

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from ..elements.bulk import BAND_COLUMNS, ElasticBlock, elasticity
+from ..elements.bulk import ElasticBlock, elasticity
+from ..elements.registry import element_in_band
 from ..errors import SceneError
 from ..scenes.scene import Scene
 from .mesh import CrackedMesh
@@ -59,7 +60,7 @@ class Elements:
         ]
         cracking = []
         for block in mesh.band:
-            kind, columns = BAND_COLUMNS[block.type] if mesh.is_row else (block.type, list(range(block.data.shape[1])))
+            kind, columns = element_in_band(block.type) if mesh.is_row else (block.type, list(range(block.data.shape[1])))
             cracking.append(ElasticBlock(kind, points, block.data[:, columns], moduli[0], thickness))
         weights = [densities[region] for region in mesh.regions]
         weights += [np.full(len(block.cells), own.density) for block in cracking]

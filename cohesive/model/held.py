@@ -19,7 +19,6 @@ from meshing.paths import as_text
 
 from ..algebra.unknowns import Constraint
 from ..arrays import Array, Index
-from ..elements.interface import SIDES
 from ..errors import SceneError
 from ..solver.loading import Loading
 from .boundary import Boundary
@@ -192,8 +191,8 @@ def _across(bodies: _Pieces, mesh: CrackedMesh) -> tuple[Index, Index]:
     """Nodes on the minus and the plus side of the crack, at the corners of its elements, that are of different pieces."""
     if mesh.crack is None:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    k = CELLS[mesh.crack.type].facet_corners
-    minus, plus = (mesh.crack.data[:, list(side[:k])].ravel() for side in SIDES[mesh.crack.type])
+    cell = CELLS[mesh.crack.type]
+    minus, plus = (mesh.crack.data[:, side[: cell.facet_corners]].ravel() for side in cell.sides)
     apart = (bodies.of_node[minus] != bodies.of_node[plus]) & (bodies.of_node[minus] >= 0) & (bodies.of_node[plus] >= 0)
     return minus[apart], plus[apart]
 

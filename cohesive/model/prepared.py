@@ -149,8 +149,7 @@ def _needed(scene: Scene) -> tuple[str, ...]:
 
 def _names(scene: Scene, key: str) -> bool:
     """Whether a scene gives a key."""
-    table, name = key.split(".")
-    return name in scene.data.get(table, {})
+    return scene.given(key) is not None
 
 
 def _pairs(own: Scene, other: Scene) -> list[tuple[str, Any, Any]]:

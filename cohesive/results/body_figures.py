@@ -11,19 +11,17 @@ from matplotlib.collections import Collection, LineCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
-from ..arrays import Array
+from meshing.cells import CELLS
+
+from ..arrays import Array, Index
 from ..elements.rotations import major_stress
 from .cell_figures import corners_of, fill_cells
+from .fields import Frame, Planes
 from .figures import new_figure, save, set_title
-from .frames import Frame
 from .solid_figures import draw_body, draw_crack, frame_body, seen_ratio, solid_axes
 
 if TYPE_CHECKING:
-    from ..solver.problem import State
     from .run_data import RunData
-
-#: corners of the bulk cells
-CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad6": 4}
 
 _STRESS = "major principal stress (MPa)"
 
@@ -31,7 +29,7 @@ _STRESS = "major principal stress (MPa)"
 def save_deformed(data: RunData, path: Path) -> None:
     """The body at the peak and in the last row, coloured by the major principal stress, displacements magnified."""
     rows = sorted({data.peak_row, data.steps})
-    figure = _solid_figure(data, rows) if data.model.mesh.dimension == 3 else _plane_figure(data, rows)
+    figure = _solid_figure(data, rows) if data.fields.mesh.dimension == 3 else _plane_figure(data, rows)
     half = ["one half of the body"] if data.scene.model.half else []
     set_title(figure, data.scene.title, *half)
     save(figure, path)
@@ -45,7 +43,7 @@ def draw_deformed(axes: Axes, data: RunData, row: int) -> None:
     ValueError
         If the axes are not 3D though the body is.
     """
-    if data.model.mesh.dimension == 2:
+    if data.fields.mesh.dimension == 2:
         _draw_plane(axes, data, row)
         return
     if not isinstance(axes, Axes3D):
@@ -63,7 +61,7 @@ def draw_deformed(axes: Axes, data: RunData, row: int) -> None:
 
 def _plane_figure(data: RunData, rows: list[int]) -> Figure:
     """States side by side if the body is tall, else one above the other."""
-    span = np.ptp(data.model.mesh.points, axis=0)
+    span = np.ptp(data.fields.mesh.points, axis=0)
     ratio, count = float(span[1] / span[0]), len(rows)
     if ratio > 1.2:
         width = float(np.clip(6.0 / ratio + 1.8, 3.4, 5.0))
@@ -82,15 +80,15 @@ def _draw_plane(axes: Axes, data: RunData, row: int) -> None:
     """A 2D body with its crack faces, or with the open crack planes of its band."""
     frame = data.frame(row)
     (warped, factor), stress = _warped(data, frame), _stress(frame)
-    faces = [warped[block.cells[:, : CORNERS[block.kind]]] for block in (*data.model.bulk, *data.model.band)]
+    faces = [warped[block.cells[:, : block.element.cell.n_corners]] for block in (*data.fields.bulk, *data.fields.band)]
     body = fill_cells(axes, corners_of(faces), stress)
     _limit(body, stress)
-    if data.model.is_smeared:
-        _draw_planes(axes, data, data.states[row], faces[len(data.model.bulk) :])
-    elif (crack := data.model.mesh.crack) is not None:
-        for a, b in ((0, 1), (3, 2)):
-            axes.add_collection(LineCollection(list(warped[crack.data[:, [a, b]]]), colors="C3", linewidths=0.8))
-    margin = 0.02 * float(np.ptp(data.model.mesh.points, axis=0).max())
+    if data.is_smeared:
+        _draw_planes(axes, data.fields.planes.of(frame.step), data.fields.cell, faces[len(data.fields.bulk) :])
+    elif (crack := data.fields.mesh.crack) is not None:
+        for side in CELLS[crack.type].sides:
+            axes.add_collection(LineCollection(list(warped[crack.data[:, side[:2]]]), colors="C3", linewidths=0.8))
+    margin = 0.02 * float(np.ptp(data.fields.mesh.points, axis=0).max())
     axes.set_xlim(warped[:, 0].min() - margin, warped[:, 0].max() + margin)
     axes.set_ylim(warped[:, 1].min() - margin, warped[:, 1].max() + margin)
     axes.set_aspect("equal")
@@ -105,7 +103,7 @@ def _draw_plane(axes: Axes, data: RunData, row: int) -> None:
 def _solid_figure(data: RunData, rows: list[int]) -> Figure:
     """A 3D body beside its crack surface, which it may hide."""
     count = len(rows)
-    height = float(np.clip(5.0 * seen_ratio(data.model.mesh.points) + 1.3, 2.4, 5.0))  # of a row
+    height = float(np.clip(5.0 * seen_ratio(data.fields.mesh.points) + 1.3, 2.4, 5.0))  # of a row
     figure = new_figure(12.0, 0.6 + count * height)
     figure.set_layout_engine("none")  # 3D axes do not take part in it
     tall = height / (0.6 + count * height)
@@ -130,7 +128,7 @@ def _solid_figure(data: RunData, rows: list[int]) -> Figure:
 
 def _warped(data: RunData, frame: Frame) -> tuple[Array, float]:
     """Nodes of the deformed body, and by what its displacements are magnified."""
-    points, u = data.model.mesh.points, frame.displacement
+    points, u = data.fields.mesh.points, frame.displacement
     size = float(np.ptp(points, axis=0).max())
     factor = _magnification(0.06 * size / max(float(np.linalg.norm(u, axis=1).max()), 1e-300))
     return points + factor * u, factor
@@ -142,7 +140,7 @@ def _stress(frame: Frame) -> Array:
 
 def _words(data: RunData, row: int, factor: float, between: str = ", ") -> str:
     """What a picture of a row shows."""
-    row = row + len(data.states) if row < 0 else row
+    row = row % len(data.history["load"])
     names = [name for name, at in (("peak", data.peak_row), ("last step", data.steps)) if at == row]
     which = ", ".join(names) or f"step {row}"
     opening, load = (float(data.history[name][row]) for name in ("opening", "load"))
@@ -155,15 +153,13 @@ def _limit(faces: Collection, stress: Array) -> None:
     faces.set_clim(low, max(high, low + 1e-12))
 
 
-def _draw_planes(axes: Axes, data: RunData, state: State, faces: list[Array]) -> None:
+def _draw_planes(axes: Axes, planes: Planes, cells: Index, faces: list[Array]) -> None:
     """The open crack planes of a band, as lines in the deformed cells that they belong to."""
-    cracks, planes = data.model.cracks, state.cracks.planes
-    opening = planes.length * planes.strain[:, 0]
-    shown = opening > 0.05 * max(opening.max(initial=0.0), 1e-300)
-    cell = cracks.cell[planes.point[shown]]
+    shown = planes.opening > 0.05 * max(planes.opening.max(initial=0.0), 1e-300)
+    cell = cells[planes.point[shown]]
     corners = corners_of(faces)[cell]
     centre, size = corners.mean(axis=1), np.ptp(corners, axis=1).min(axis=1)
-    along = 0.5 * size[:, None] * planes.rotation[shown, 1]
+    along = 0.5 * size[:, None] * planes.normal[shown][:, ::-1] * [-1.0, 1.0]
     axes.add_collection(LineCollection(list(np.stack([centre - along, centre + along], axis=1)), colors="C3", linewidths=0.8))
 
 

@@ -61,7 +61,7 @@ def draw_curve(axes: Axes, data: RunData) -> None:
         axes.set(xlabel=_label(data, name), ylabel=_label(data, over))
         if reference is not None and (name, over) == (reference.against, "load"):
             draw_reference(axes, reference, history)
-    axes.plot(x, y, color="C0", label="crack band" if data.model.is_smeared else "discrete crack")
+    axes.plot(x, y, color="C0", label="crack band" if data.is_smeared else "discrete crack")
     peak = int(np.nanargmax(y))
     largest = f"{'peak' if over == 'load' else 'largest'} {y[peak]:.5g} {data.unit_of(over)}"
     axes.plot(x[peak], y[peak], "o", color="C3", markersize=4, label=largest)

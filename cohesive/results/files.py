@@ -8,6 +8,7 @@ import platform
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from functools import partial
 from importlib import metadata
 from io import FileIO
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 PICTURES = ("mesh.png", "curve.png", "deformed.png")
 
 #: all files of a run but its frames, its inputs and its checkpoint
-FILES = (*PICTURES, "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml")
+FILES = (*PICTURES, "path.png", "path.csv", "history.csv", "fields.npz", "frames.pvd", "run.json", "scene.toml")
 
 
 class HistoryWriter:
@@ -77,8 +78,8 @@ class HistoryWriter:
 
 
 def format_value(value: float) -> str:
-    """A value of the history: whole numbers as they are, others with 12 digits."""
-    return str(value) if isinstance(value, int) else f"{value:.12g}"
+    """A value of the history with as many digits as tell it from all others."""
+    return repr(value)
 
 
 def make_folder(folder: Path) -> None:
@@ -177,7 +178,7 @@ def write_frames(data: RunData, folder: Path) -> None:
     for row in data.frame_rows():
         frame = data.frame(row)
         name = f"frame_{frame.step:0{digits}d}.vtu"
-        mesh = frame_mesh(data.model, frame, data.scene.model.plane == "strain")
+        mesh = frame_mesh(data.fields, frame, data.scene.model.plane == "strain")
         write_file(folder / name, partial(write_frame, mesh=mesh))
         time = max(float(data.way[row]), time + 1e-9 * max(float(data.way[-1]), 1e-300))
         collection.append(f'    <DataSet timestep="{time:.12g}" part="0" file="{name}"/>')
@@ -205,17 +206,9 @@ def _facts(data: RunData) -> dict[str, Any]:
         "curve": curve_measures(data),
         "energies": energies(data),
         "full_energy": data.full_energy,
-        "crack_area": data.model.cracks.area,
-        "added_compliance": data.added_compliance() if data.steps else None,
-        "has_platen": data.drives_both_ways,
-        "way": data.way.tolist() if data.drives_both_ways else None,
-        "energy_error": data.energy_error,
+                "energy_error": data.energy_error,
         "model": data.scene.model.kind,
-        "width": data.model.cracks.width,
-        "condensation": data.model.condensation.kind,
-        "library": data.model.library,
-        "total_dofs": data.total_dofs,
-        "active_dofs": data.active_dofs,
+        **asdict(data.facts),
         "steps": data.steps,
         "iterations": data.iterations,
         "timings": data.timings,

@@ -11,9 +11,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
+from meshing.cells import CELLS
+
 from ..arrays import Array
 from ..model.marks import marks
-from .body_figures import CORNERS
 from .cell_figures import corners_of, outline_cells
 from .figures import new_figure, plain_legend, save, set_title
 from .mark_figures import draw_marks, draw_solid_marks
@@ -51,7 +52,7 @@ def _plane_figure(scene: Scene, mesh: CrackedMesh) -> Figure:
     linewidth = float(np.clip(12.0 / np.sqrt(sum(len(block.data) for block in (*mesh.bulk, *mesh.band))), 0.05, 0.5))
     for blocks, colour, label in ((mesh.bulk, _BODY, None), (mesh.band, _BAND, "elements that may crack")):
         if blocks:
-            faces = corners_of([points[block.data[:, : CORNERS[block.type]]] for block in blocks])
+            faces = corners_of([points[block.data[:, : CELLS[block.type].n_corners]] for block in blocks])
             outline_cells(axes, faces, colour, linewidth, label)
     if mesh.crack is not None:
         axes.add_collection(

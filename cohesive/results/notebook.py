@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from html import escape
 from io import BytesIO
@@ -22,7 +22,7 @@ def html_of(data: RunData) -> str:
     measures, full = curve_measures(data), data.full_energy
     stiffness = measures.get("initial_stiffness")
     rows = [
-        ("model", "crack band" if data.model.is_smeared else "discrete crack"),
+        ("model", "crack band" if data.is_smeared else "discrete crack"),
         ("peak load", f"{data.peak_load:.5g} N at opening {data.opening_at_peak:.4g} mm"),
         ("initial stiffness", "" if stiffness is None else f"{stiffness:.4g} N/mm over {measures['over']}"),
         ("dissipated", f"{data.dissipated_energy:.5g}{'' if full is None else f' of {full:.5g}'} N mm"),
@@ -53,7 +53,7 @@ def is_notebook() -> bool:
 
 
 @contextmanager
-def notebook_progress(stages: list[Stage]) -> Iterator[Callable[[Any, dict[str, float]], None] | None]:
+def notebook_progress(stages: Sequence[Stage]) -> Iterator[Callable[[Any, dict[str, float]], None] | None]:
     """What moves a bar below the cell after each step; None if this is no notebook."""
     if not is_notebook():
         yield None

@@ -10,29 +10,74 @@ import meshio
 import numpy as np
 
 from ..errors import SceneError
-from ..scenes.reference import load_reference
+from .crushing import looked_at
+from .fields import Fields
 from .files import PICTURES, check_names, make_folder, remove, write_frames, write_history, write_run, write_scene
-from .frames import Frame, frame_mesh
+from .frames import frame_mesh
 from .inputs import copy_inputs
+from .model_facts import ModelFacts
 from .notebook import html_of
 from .report import summary
-from .run_data import RunData
-from .saved import Saved, SavedStates
+from .run_data import RunData, spread
+from .saved import read_folder, write_fields
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..growth.found import FoundPath
+    from ..measured.curve import Reference
+    from ..model.model import Model
+    from ..scenes.scene import Scene
+    from .fields import Frame
+    from .record import Record
+
 
 class Result(RunData):
-    """The outcome of a run: its data (see `RunData`), a summary in words, and its files. It can be pickled."""
+    """The outcome of a run: its data (see `RunData`), a summary in words, and its files."""
+
+    @classmethod
+    def from_run(
+        cls,
+        scene: Scene,
+        model: Model,
+        record: Record,
+        notes: list[str],
+        seconds: float,
+        reference: Reference | None,
+        found: FoundPath | None,
+    ) -> Result:
+        """The result of a run that has ended or stopped: what it keeps of the model and the states.
+
+        Parameters
+        ----------
+        seconds : that the march took
+        """
+        own, states = record.history, record.states
+        history = {column.name: own.get(column.name, np.zeros(0)) for column in model.columns}
+        needed: set[int] = set()
+        if len(states):
+            looked = looked_at(history["load"], history["stress_n"])
+            rows = [*looked, *spread(len(states) - 1, max(scene.output.frames, 1)), len(states) - 1]
+            needed = {states.nearest(row) for row in rows}
+        return cls(
+            scene,
+            history,
+            record.way,
+            notes,
+            model.timings | {"newton": seconds, "output": 0.0},
+            ModelFacts.from_run(scene, model, states[-1] if len(states) else None),
+            Fields.from_run(model, states, sorted(needed)),
+            reference,
+            found,
+        )
 
     def frame_mesh(self, frame: Frame) -> meshio.Mesh:
         """Bulk and crack cells with the fields of a frame; warp by `displacement` to see the crack open."""
-        return frame_mesh(self.model, frame, self.scene.model.plane == "strain")
+        return frame_mesh(self.fields, frame, self.scene.model.plane == "strain")
 
     def summary(self) -> str:
         """The printed summary."""
-        return summary(self) if self.told is None else self.told
+        return summary(self)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the curve, that of curve.png, into axes (default: new ones of pyplot), and return them."""
@@ -50,12 +95,12 @@ class Result(RunData):
         ValueError
             If the body is solid and the axes are not 3D.
         LookupError
-            If the state of this row was not kept.
+            If the fields of this row were not kept.
         """
         from .body_figures import draw_deformed  # with matplotlib
 
-        self.states[row]  # before a figure is made
-        axes = _new_axes(is_solid=self.model.mesh.dimension == 3) if ax is None else ax
+        self.frame(row)  # before a figure is made
+        axes = _new_axes(is_solid=self.fields.mesh.dimension == 3) if ax is None else ax
         draw_deformed(axes, self, row)
         return axes
 
@@ -81,31 +126,19 @@ class Result(RunData):
 
     @classmethod
     def load(cls, folder: str | Path) -> Result:
-        """The result that `save` wrote into a folder: scene, history, measured curves, numbers and summary.
-
-        It draws its curve and gives its table. The mesh, the states and the equations are not among the files: what needs
-        them is a LookupError or an AttributeError that says so.
+        """The result that `save` wrote into a folder: equal to it, but that its scene names the copies of the files.
 
         Raises
         ------
         SceneError
             If a file is missing or broken.
         """
-        saved = Saved.read(Path(folder))
-        loaded = cls.__new__(cls)
-        facts = saved.facts
-        loaded.__dict__.update(
-            scene=saved.scene, model=saved.model, history=saved.history, notes=facts["notes"], found=None,
-            reference=load_reference(saved.scene), timings=facts["timings"], states=SavedStates(len(saved.history["step"])),
-            way=np.array(facts["way"] or []), _displacements={}, _added_compliance=facts["added_compliance"],
-            _initial_stiffness={facts["curve"].get("over"): facts["curve"].get("initial_stiffness")},
-            told="\n".join(facts["summary"]), warned=None,
-        )  # fmt: skip
-        return loaded
+        return cls(**read_folder(Path(folder)))
 
     def save(self, folder: str | Path, pictures: bool = True) -> None:
-        """Write history.csv, mesh.png, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and run.json, copies
-        of the files that the scene names in inputs, and path.csv and path.png, if the crack path was looked for.
+        """Write history.csv, fields.npz, mesh.png, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and
+        run.json, copies of the files that the scene names in inputs, and path.csv and path.png, if the crack path was looked
+        for.
 
         Each file is written under a temporary name and then renamed. Pictures and frames of an earlier run into the same
         folder are replaced. A picture that cannot be drawn is left out, and a note says why.
@@ -122,8 +155,7 @@ class Result(RunData):
         """
         from .path_files import write_found  # with matplotlib, which is slow to import
 
-        if self.told is not None:
-            raise ValueError("a result that was loaded from its folder is not written again; expected a copy of its folder")
+        self.fields  # noqa: B018  before anything is written
         clock = time.perf_counter()
         folder = Path(folder)
         make_folder(folder)
@@ -141,6 +173,7 @@ class Result(RunData):
             self.notes += [note for note in write_pictures(self, folder) if note not in self.notes]
         else:
             remove(folder, PICTURES)
+        write_fields(self, folder)
         write_frames(self, folder)
         write_found(self, folder)
         self.timings["output"] = time.perf_counter() - clock

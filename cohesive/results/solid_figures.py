@@ -64,7 +64,7 @@ def frame_body(axes: Axes3D, points: Array) -> None:
 
 def draw_body(axes: Axes3D, data: RunData, warped: Array, stress: Array) -> Poly3DCollection:
     """The outer faces that the reader sees, crack faces included, with the stress of their cells."""
-    blocks = [(block.kind, block.cells) for block in (*data.model.bulk, *data.model.band)]
+    blocks = [(block.kind, block.cells) for block in (*data.fields.bulk, *data.fields.band)]
     corners, cell = seen_faces(blocks, warped)
     return _draw(axes, corners, stress[cell], "viridis")
 
@@ -72,12 +72,12 @@ def draw_body(axes: Axes3D, data: RunData, warped: Array, stress: Array) -> Poly
 def draw_crack(axes: Axes3D, data: RunData, warped: Array, opening: Array) -> Poly3DCollection:
     """The crack surface coloured by its opening in each cell, mm; for a crack that may be anywhere, the cells that are
     open."""
-    model = data.model
-    if model.cracks.faces is not None:
-        return _draw(axes, warped[model.mesh.minus_faces], opening, "plasma")
+    fields = data.fields
+    if fields.mesh.faces is not None:
+        return _draw(axes, warped[fields.mesh.minus_faces], opening, "plasma")
     shown = opening > _SHOWN * max(opening.max(initial=0.0), 1e-300)
     first, blocks, values = 0, [], []
-    for block in model.band:
+    for block in fields.band:
         at = np.flatnonzero(shown[first : first + len(block.cells)])
         blocks.append((block.kind, block.cells[at]))
         values.append(opening[first + at])

@@ -100,7 +100,7 @@ class Views:
         w = np.linspace(0.0, min(end, 5.0 * material.Gf / material.ft), _POINTS)
         return cls(
             result.scene.title,
-            "smeared" if result.model.is_smeared else "discrete",
+            "smeared" if result.is_smeared else "discrete",
             np.array([int(frame.field_data["step"][0]) for frame in frames]),
             result.history,
             result.controlled,
@@ -163,7 +163,7 @@ def _cells(mesh: meshio.Mesh) -> list[tuple[Index, int, bool]]:
     first = 0
     for block, is_crack in zip(mesh.cells, crack, strict=True):
         kind = CELLS[block.type]
-        ring = kind.n_corners if kind.dimension == 2 else 3 if kind.n_corners == 4 else 4
+        ring = kind.n_corners if kind.dimension == 2 else kind.facet_corners
         for face in kind.faces if kind.dimension == 3 else (tuple(range(ring)),):
             corners = block.data[:, list(face[:ring])]
             at = np.flatnonzero(is_front[corners].all(axis=1)) if kind.dimension == 3 else np.arange(len(corners))

@@ -35,6 +35,14 @@ class Watch:
         self._peak = max(self._peak, state.load)
         self._largest = max(self._largest, abs(state.load))
 
+    def as_data(self) -> tuple[float, float]:
+        """What it took note of."""
+        return self._peak, self._largest
+
+    def go_on_from(self, data: tuple[float, float]) -> None:
+        """Have taken note of what another one did that gave these `as_data`."""
+        self._peak, self._largest = data
+
     def departs(self, event: Event, before: State, after: State) -> bool:
         """Whether the quantity moves away from its value, and not by rounding: on a separated crack it stays what it is."""
         ((name, value),) = event.items()

@@ -85,7 +85,7 @@ class ComparisonData(Generic[Run]):
         The stages are the peak, half the peak load after it (or halfway to the end), and the end; fewer if they coincide.
         In 3D the opening is the mean over the thickness; a crack without a path has no profiles.
         """
-        if self.discrete.model.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
+        if self.discrete.fields.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
             return []
         s, opening, _ = self._pair.upto_end(0)
         found = []
@@ -117,17 +117,18 @@ def _ratio(value: float, over: float) -> float:
 
 def _profile(data: RunData, travelled: Array, at: float) -> tuple[Array, Array]:
     """Positions along the path and openings when `at` is travelled, between the two rows around it; `travelled` (rows,)."""
-    kept = data.states.kept
+    fields = data.fields
+    kept = fields.point_rows
     place = int(np.clip(np.searchsorted(travelled[kept], at), 0, len(kept) - 1))
     before, after = kept[max(place - 1, 0)], kept[place]
     step = travelled[after] - travelled[before]
     share = (at - travelled[before]) / step if step > 0 else 1.0
-    position, model = data.profile_distance(), data.model
+    position = data.profile_distance()
     where, late = data.opening_profile(after)
     opening = (1.0 - share) * data.opening_profile(before)[1] + share * late
-    if where.shape[1] == 3 and model.cracks.rotations is not None:
+    if where.shape[1] == 3 and fields.mesh.faces is not None:
         return _mean_over_thickness(position, opening)
-    if model.is_smeared and model.cracks.rotations is None:  # off the path nearly every point is closed
+    if fields.mesh.faces is None:  # off the path nearly every point is closed
         shown = opening > 0.01 * opening.max(initial=0.0)
         return position[shown], opening[shown]
     return position, opening

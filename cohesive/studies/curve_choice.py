@@ -169,7 +169,7 @@ def _with_points(
             bounds[f"{key}.{i}.1"] = (points[i][1] / _FACTOR, points[i][1] * _FACTOR)
     changed = []
     for scene in start:
-        data = {**scene.data, "material": {**scene.data["material"], "softening": {"points": points}}}
+        data = {**scene.data, "material": {**scene.given("material"), "softening": {"points": points}}}
         for name in ("ft", "Gf"):
             data["material"].pop(name, None)
         changed.append(Scene(data, scene.folder))

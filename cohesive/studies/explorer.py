@@ -64,11 +64,11 @@ class Explorer:
         for key, (low, high) in _NUMBERS.items():
             value = getattr(self.scene.material, key.split(".")[1])
             found[key] = {"low": low * value, "high": high * value, "start": value}
-        specimen = self.scene.data["specimen"]
+        specimen = self.scene.given("specimen")
         if isinstance(specimen.get("notch"), (int, float)) and isinstance(specimen.get("depth"), (int, float)):
             low, high = (part * specimen["depth"] for part in _NOTCH_ENDS)
             found[_NOTCH] = {"low": low, "high": high, "start": specimen["notch"]}
-        material = self.scene.data["material"]
+        material = self.scene.given("material")
         softening = material.get("softening", "exponential")
         if isinstance(softening, str):
             found["material.softening"] = {"choices": list(SOFTENING), "start": softening}
@@ -133,7 +133,7 @@ class Explorer:
 
     def _prepared(self, scene: Scene) -> Prepared:
         """The kept mesh of a notch; the one that was used longest ago goes."""
-        notch = scene.data["specimen"].get("notch") if _NOTCH in self.controls() else None
+        notch = scene.given("specimen.notch") if _NOTCH in self.controls() else None
         kept = self._kept.pop(notch, None) or prepare(self._changed({} if notch is None else {_NOTCH: notch}))
         self._kept[notch] = kept
         while len(self._kept) > _KEPT:

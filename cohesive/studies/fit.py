@@ -19,7 +19,7 @@ from .fit_parameters import inside, varied
 from .fit_problem import FAILURES, FitProblem, Trial
 from .fit_result import Fit
 from .fitted import Minimum
-from .rig import Rig, value_of
+from .repeated_run import RepeatedRun, value_of
 
 #: changes of the numbers, and of the sum of squares, below which a fit ends
 _XTOL, _FTOL = 1e-4, 1e-5
@@ -144,7 +144,7 @@ def _problem(
             value_of(scene, key)
     parameters = varied(scenes, vary, own)
     started = {p.key: p.start for p in reversed(parameters)}
-    return FitProblem([Rig(scene.with_(**started)) for scene in scenes], data, parameters)
+    return FitProblem([RepeatedRun(scene.with_(**started)) for scene in scenes], data, parameters)
 
 
 def _reference(scene: Scene, given: Any) -> Reference:
@@ -193,7 +193,7 @@ def _first(problem: FitProblem) -> Trial:
 def _refuse_unseen(problem: FitProblem, trial: Trial) -> None:
     """Refuse numbers that no measured row sees, and those of contact and shear where a symmetric crack only opens."""
     for each in problem.parameters:
-        scenes = [problem.rigs[i].scene for i in each.scenes]
+        scenes = [problem.repeated[i].scene for i in each.scenes]
         if each.key.split(".")[-1] in _OF_SHEAR and all(map(_only_opens, scenes)):
             raise _unseen(each.key)
     moved = np.zeros(len(problem.parameters))
@@ -377,10 +377,11 @@ def _scatter(problem: FitProblem, trial: Trial, scatter: Mapping[str, float]) ->
         if not 0.0 < deviation < np.inf:
             raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
         parts = []
-        for i, (rig, data) in enumerate(zip(problem.rigs, problem.data, strict=True)):
+        for i, (repeated, data) in enumerate(zip(problem.repeated, problem.data, strict=True)):
             values = problem.values(trial.z, i)
-            base = values.get(key, value_of(rig.scene, key))
-            other = FitProblem([Rig(rig.scene.with_(**{**values, key: base + deviation}))], [data], [])
+            base = values.get(key, value_of(repeated.scene, key))
+            moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
+            other = FitProblem([moved], [data], [])
             shifted = other.trial(np.zeros(0)).loads[0]
             change = (shifted - trial.loads[i]) / data.peak
             parts.append(data.gather @ change)

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SceneError
 from ..scenes.scene import Scene
-from .rig import value_of
+from .repeated_run import value_of
 
 
 @dataclass(frozen=True)

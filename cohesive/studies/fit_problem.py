@@ -15,7 +15,7 @@ from ..solver.controls import control_of
 from ..solver.stages import Stage
 from .fit_data import Data
 from .fit_parameters import Varied
-from .rig import Rig, Rows
+from .repeated_run import RepeatedRun, Rows
 
 #: what a run with numbers that make no sense may end in
 FAILURES = (NotConverged, TooCostly, SceneError, MeshError, ParameterError, ValueError)
@@ -56,22 +56,22 @@ class FitProblem:
 
     Attributes
     ----------
-    rigs : one for each scene
+    repeated : one for each scene
     data : its measured rows
     parameters : what is varied
     stages : of each scene, with the measured places as targets
     """
 
-    rigs: Sequence[Rig]
+    repeated: Sequence[RepeatedRun]
     data: Sequence[Data]
     parameters: Sequence[Varied]
     stages: list[list[Stage]] = field(init=False)
     _last: Trial | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        self.stages = [stages_at(rig.scene.stages, data) for rig, data in zip(self.rigs, self.data, strict=True)]
-        for rig, stages in zip(self.rigs, self.stages, strict=True):
-            rig.most = max(_LEAST, round(_ITERATIONS * sum(_steps(stage) for stage in stages)))
+        self.stages = [stages_at(repeated.scene.stages, data) for repeated, data in zip(self.repeated, self.data, strict=True)]
+        for repeated, stages in zip(self.repeated, self.stages, strict=True):
+            repeated.most = max(_LEAST, round(_ITERATIONS * sum(_steps(stage) for stage in stages)))
 
     @property
     def start(self) -> Array:
@@ -95,7 +95,7 @@ class FitProblem:
         """
         if self._last is not None and np.array_equal(self._last.z, z):
             return self._last
-        rows = [self._run(i, self.values(z, i)) for i in range(len(self.rigs))]
+        rows = [self._run(i, self.values(z, i)) for i in range(len(self.repeated))]
         loads = [at_rows(each, data)[0] for each, data in zip(rows, self.data, strict=True)]
         parts = []
         for load, data in zip(loads, self.data, strict=True):
@@ -108,14 +108,14 @@ class FitProblem:
     def _run(self, i: int, values: dict[str, float]) -> Rows:
         """A run of a scene; if its crack snaps under the measured motion, by its opening, which goes on."""
         try:
-            return self.rigs[i].run(values, self.stages[i])
+            return self.repeated[i].run(values, self.stages[i])
         except (NotConverged, TooCostly):
             furthest = float(self.data[i].x.max())
-            if self.stages[i] == list(self.rigs[i].scene.stages) or self.data[i].against == "opening":
+            if self.stages[i] == list(self.repeated[i].scene.stages) or self.data[i].against == "opening":
                 raise
             until = {self.data[i].against: furthest}
             stage = Stage("opening", [float(each) for each in furthest * _OPENINGS], steps=1, until=until)
-            return self.rigs[i].run(values, [stage])
+            return self.repeated[i].run(values, [stage])
 
     def residuals(self, z: Array) -> Array:
         """The residuals, (p,); NaN if there is no run with these numbers, which the optimiser takes for a step too far."""
@@ -137,7 +137,7 @@ class FitProblem:
     def jacobian(self, z: Array) -> Array:
         """Derivatives of the residuals in the scaled numbers, (p, m)."""
         trial = self.trial(z)
-        return np.concatenate([self._block(i, trial) for i in range(len(self.rigs))])
+        return np.concatenate([self._block(i, trial) for i in range(len(self.repeated))])
 
     def slopes(self, i: int, trial: Trial) -> Array:
         """Derivatives of the computed loads of a scene at its measured rows in the scaled numbers, (n, m), N."""
@@ -146,19 +146,19 @@ class FitProblem:
         return trial.slopes[i]
 
     def _slopes(self, i: int, trial: Trial, z: Array) -> Array:
-        rig, data, rows, values = self.rigs[i], self.data[i], trial.rows[i], self.values(z, i)
+        repeated, data, rows, values = self.repeated[i], self.data[i], trial.rows[i], self.values(z, i)
         mine = [j for j, each in enumerate(self.parameters) if i in each.scenes]
-        exact = [j for j in mine if rig.is_exact([self.parameters[j].key], rows.stages)]
+        exact = [j for j in mine if repeated.is_exact([self.parameters[j].key], rows.stages)]
         found = np.zeros((len(data.x), len(z)))
         if exact:
             keys = [self.parameters[j].key for j in exact]
-            columns = rig.derivatives(rows, values, keys, energies=data.against not in ("load", "opening", "driven"))
+            columns = repeated.derivatives(rows, values, keys, energies=data.against not in ("load", "opening", "driven"))
             for j, key in zip(exact, keys, strict=True):
                 found[:, j] = at_rows(rows, data, columns[key])[1]
         for j in set(mine) - set(exact):
             key = self.parameters[j].key
             half = _OF_A_MESH * (abs(values[key]) or 1.0)
-            low, high = (at_rows(rig.run({**values, key: values[key] + by}, self.stages[i]), data)[0] for by in (-half, half))
+            low, high = (at_rows(repeated.run({**values, key: values[key] + by}, self.stages[i]), data)[0] for by in (-half, half))
             found[:, j] = (high - low) / (2.0 * half)
         return np.asarray(found * np.array([each.slope(float(at)) for each, at in zip(self.parameters, z, strict=True)]))
 

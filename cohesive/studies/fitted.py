@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +16,7 @@ from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
 from .fit_intervals import Statistics
 from .fit_problem import FAILURES, FitProblem, Trial, at_rows
-from .rig import Rig
+from .repeated_run import RepeatedRun
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ class Fitted:
             for each, (low, high) in zip(problem.parameters, ends, strict=True)
         }
         self.effective_rows = found.count
-        self.runs = sum(rig.runs for rig in problem.rigs)
-        self.condensations = sum(rig.condensations for rig in problem.rigs)
-        self.sensitivities = sum(rig.sensitivities for rig in problem.rigs)
+        self.runs = sum(repeated.runs for repeated in problem.repeated)
+        self.condensations = sum(repeated.condensations for repeated in problem.repeated)
+        self.sensitivities = sum(repeated.sensitivities for repeated in problem.repeated)
         self._given = list(scenes)
         self.notes = self._reading_notes() + self._fixed_note() + self._minima_notes() + (self._checked() if check else [])
 
@@ -100,7 +100,7 @@ class Fitted:
         """What each measured curve of a notched beam says without a model, to stand beside the fitted numbers."""
         found = []
         for scene, data in zip(self._given, self.problem.data, strict=True):
-            each = [without_mass(curve, scene.data["specimen"]) for curve in data.curves]
+            each = [without_mass(curve, scene.given("specimen")) for curve in data.curves]
             found += [one for one in each if one is not None]
         return found
 
@@ -113,10 +113,9 @@ class Fitted:
     def results(self) -> list[Result]:
         """A run of each scene with the fitted numbers, on the mesh of the fit."""
         found = []
-        for i, rig in enumerate(self.problem.rigs):
-            scene = rig.scene.with_(**self.problem.values(self.trial.z, i))
-            scene.stages = list(self.problem.stages[i])
-            found.append(run(scene))
+        for i, repeated in enumerate(self.problem.repeated):
+            stages = [asdict(stage) for stage in self.problem.stages[i]]
+            found.append(run(repeated.scene.with_(**self.problem.values(self.trial.z, i), stage=stages)))
         return found
 
     def curve_samples(self, scene: int = 0, count: int = 200) -> list[Any]:
@@ -139,8 +138,8 @@ class Fitted:
 
     def _fixed_note(self) -> list[str]:
         found = []
-        for rig in self.problem.rigs:
-            sizes, width = rig.scene.sizes, rig.scene.interface.width
+        for repeated in self.problem.repeated:
+            sizes, width = repeated.scene.sizes, repeated.scene.interface.width
             mesh = "" if sizes is None else f"crack_size {sizes.crack_size:.4g}, far_size {sizes.far_size:.4g} mm"
             plane = "" if width is None or isinstance(width, str) else f"width of the crack plane {width:.4g} mm"
             text = ", ".join(part for part in (mesh, plane) if part)
@@ -165,11 +164,11 @@ class Fitted:
         """How far the loads are off with the mesh and the width that the rule gives with the fitted numbers."""
         largest = 0.0
         for i, (scene, data) in enumerate(zip(self.scenes, self.problem.data, strict=True)):
-            rig = Rig(scene)
-            if rig.scene.data == self.problem.rigs[i].scene.with_(**self.problem.values(self.trial.z, i)).data:
+            repeated = RepeatedRun(scene)
+            if repeated.scene.data == self.problem.repeated[i].scene.with_(**self.problem.values(self.trial.z, i)).data:
                 continue
             try:
-                load, _ = at_rows(rig.run({}, self.problem.stages[i]), data)
+                load, _ = at_rows(repeated.run({}, self.problem.stages[i]), data)
             except FAILURES as error:
                 return [f"warning: the fit does not run with the mesh of the rule: {error}"]
             largest = max(largest, float(abs(load - self.trial.loads[i]).max()) / data.peak)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -122,7 +122,7 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
     found |= _width(scene, like, settings, crack)
     found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
     changed = {key: value for key, value in found.items() if value != _current(scene, key)}
-    if "mesh.crack_size" in changed and "far_size" not in scene.data.get("mesh", {}):  # which would follow it
+    if "mesh.crack_size" in changed and scene.given("mesh.far_size") is None:  # which would follow it
         changed["mesh.far_size"] = found["mesh.far_size"]
     return changed
 
@@ -188,7 +188,7 @@ def _current(scene: Scene, key: str) -> Any:
     return getattr(part[int(number[0])] if number else part, name)
 
 
-def _ways(stages: list[Stage]) -> list[float]:
+def _ways(stages: Sequence[Stage]) -> list[float]:
     """The longest way to a target of each stage, mm, N or N mm."""
     ways, last, control = [], 0.0, ""
     for stage in stages:

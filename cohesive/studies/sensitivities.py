@@ -11,7 +11,7 @@ from ..arrays import Array, Index
 from ..errors import SceneError
 from ..scenes.scene import Scene
 from ..solver.stages import Stage
-from .rig import Rig, Rows
+from .repeated_run import RepeatedRun, Rows
 
 
 @dataclass(frozen=True)
@@ -69,16 +69,16 @@ def sensitivities(scene: Scene, keys: Sequence[str]) -> Sensitivities:
                     "rows that follow; expected targets",
                     f"stage.{i}.{name}",
                 )
-    rig = Rig(scene)
-    stages = with_all_steps(rig.scene.stages)
-    exact = rig.is_exact(keys, stages)
-    rows = rig.run({}, stages)
+    repeated = RepeatedRun(scene)
+    stages = with_all_steps(repeated.scene.stages)
+    exact = repeated.is_exact(keys, stages)
+    rows = repeated.run({}, stages)
     at = target_rows(rows)
     if exact:
-        found = rig.derivatives(rows, {}, keys)
+        found = repeated.derivatives(rows, {}, keys)
         derivatives = {key: {name: column[at] for name, column in columns.items()} for key, columns in found.items()}
     else:
-        derivatives = rig.differences({}, keys, stages, target_rows)
+        derivatives = repeated.differences({}, keys, stages, target_rows)
     history = {name: column[at] for name, column in rows.history.items()}
     return Sensitivities(tuple(keys), history, derivatives, exact)
 

@@ -86,7 +86,7 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
             _, image = occ.fragment([face], tools)
         occ.synchronize()
         # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
-        is_quad = sizes.shape == "quad"
+        is_quad = sizes.has_quads
         times = halvings(outline, sizes)
         factor = 2.0 ** (times + is_quad)
         if conforming:

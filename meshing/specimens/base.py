@@ -12,12 +12,13 @@ from typing import Any, ClassVar
 
 import meshio
 
+from ..cells import CELLS
 from ..errors import MeshError
 from ..generation.band import mesh_band
 from ..generation.extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
 from ..generation.outline import Outline
 from ..generation.polygon import mesh_body, mesh_polygon
-from ..generation.sizes import MeshSizes, expected_cells
+from ..generation.sizes import SHAPES, MeshSizes, expected_cells
 from ..keys import check_keys
 from ..paths import Line, Point
 from ..paths import path_length as length_of_path
@@ -28,9 +29,6 @@ Direction = tuple[float, ...]
 
 #: name of the gauge that measures `opening` and `sliding`
 MAIN_GAUGE = "opening"
-
-#: nodes for each square of the element size, by shape and order: from meshes; the least would be 1.15 corners of triangles
-_NODES = {("triangle", 1): 1.25, ("triangle", 2): 5.0, ("quad", 1): 1.5, ("quad", 2): 4.5}
 
 #: nodes of tetrahedra, and of triangles, of second order over those of first order
 _MORE_IN_TETRAHEDRA, _MORE_IN_TRIANGLES = 7.0, 4.0
@@ -137,7 +135,7 @@ class Specimen(ABC):
     #: dimensions in which it can be modelled; none: a mesh of the user's tells
     dimensions: ClassVar[tuple[int, ...]] = (2,)
     #: shapes of elements, see `MeshSizes`
-    shapes: ClassVar[tuple[str, ...]] = ("triangle", "quad")
+    shapes: ClassVar[tuple[str, ...]] = SHAPES
     #: elements along the crack on the mesh that is chosen by rule
     elements_along: ClassVar[int] = 25
     #: whether [mesh] gives its element sizes
@@ -314,7 +312,10 @@ class PlaneSpecimen(Specimen):
         length = sum(math.dist(a, b) for line in outline.crack for a, b in pairwise(line))
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
-        flat = flat * _NODES[sizes.shape, sizes.order if dimension == 2 else 1] + along
+        cell = CELLS[sizes.shape]
+        if sizes.order == 2 and dimension == 2:
+            cell = CELLS[cell.second_order]
+        flat = flat * cell.nodes_in_square + along
         if dimension == 2:
             return flat, sizes.order * along
         through = sizes.layers_through(self.thickness) + 1

@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import MeshError
 from ..generation.block import PlaneCrack, mesh_block
-from ..generation.sizes import MeshSizes, expected_cells
+from ..generation.sizes import SHAPES, MeshSizes, expected_cells
 from ..keys import check_keys, key
 from .base import Direction, Drive, Gauge, Specimen, Support, expect
 from .registry import register_specimen
@@ -84,7 +84,7 @@ class SingleCrack3D(Specimen):
     )
 
     dimensions: ClassVar[tuple[int, ...]] = (3,)
-    shapes: ClassVar[tuple[str, ...]] = ("triangle",)
+    shapes: ClassVar[tuple[str, ...]] = SHAPES[:1]
     #: twice as many would make an iteration 64 times dearer
     elements_along: ClassVar[int] = 12
 

@@ -295,7 +295,7 @@ def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 10.0)
     monkeypatch.setattr(cohesive.algebra.choice, "LARGE", 1.0)
     result = run(beam)
-    assert result.model.condensation.kind == "condensed" and "eliminated once (condensed " in result.summary()
+    assert result.facts.condensation == "condensed" and "eliminated once (condensed " in result.summary()
     # where the dense matrix finds no room; where neither does, the smaller one
     part, whole = cohesive.algebra.choice.Part, cohesive.algebra.choice.Whole
     monkeypatch.setattr(part, "memory", property(lambda self: 2e9))

@@ -22,6 +22,7 @@ import cohesive.solver.newton
 import meshing.generation.polygon
 from cohesive import Scene, SceneError, run
 from cohesive.__main__ import main
+from cohesive.results.checkpoints import NAME
 from cohesive.solver.columns import COLUMN_NAMES
 
 QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set", "stage.0.steps=20"]
@@ -211,7 +212,7 @@ def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
     assert "No space left on device" in err and "Traceback" not in err
     assert rows(tmp_path) > 0
     # text does not fit, the copies do; the run can be resumed if there is room again
-    assert {path.name for path in tmp_path.iterdir()} == {"history.csv", "inputs", "checkpoint.pickle"}
+    assert {path.name for path in tmp_path.iterdir()} == {"history.csv", "inputs", NAME}
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
@@ -322,7 +323,7 @@ def test_sixty_interruptions(tmp_path: Path) -> None:
         assert time.monotonic() - clock < 10.0
         if number != signal.SIGKILL:
             is_whole(folder)
-        if not (folder / "checkpoint.pickle").exists():
+        if not (folder / NAME).exists():
             continue
         assert main_of("run", "--resume", str(folder)) == 0
         found = (folder / "history.csv").read_text().splitlines()

@@ -234,13 +234,14 @@ def test_what_only_the_search_sees_is_refused_too() -> None:
 def test_a_geo_file_grows_the_crack_of_its_corners(tmp_path: Path) -> None:
     """From the command line, to the last digit."""
     beam = outlined_beam(grow__segment=16.0, stage__0__steps=15)
-    corners = beam.data["specimen"].pop("corners")
+    data = beam.data
+    corners = data["specimen"].pop("corners")
     points = [f"Point({i}) = {{{x}, {y}, 0}};" for i, (x, y) in enumerate(corners, start=1)]
     lines = [f"Line({i}) = {{{i}, {i % 4 + 1}}};" for i in range(1, 5)]
     face = ["Curve Loop(1) = {1, 2, 3, 4};", "Plane Surface(1) = {1};"]
     (tmp_path / "beam.geo").write_text("\n".join([*points, *lines, *face]))
-    beam.data["specimen"]["file"] = "beam.geo"
-    (tmp_path / "beam.toml").write_text(tomli_w.dumps(beam.data))
+    data["specimen"]["file"] = "beam.geo"
+    (tmp_path / "beam.toml").write_text(tomli_w.dumps(data))
     assert main(["run", str(tmp_path / "beam.toml"), "-o", str(tmp_path / "out")]) == 0
     found = Scene.load(tmp_path / "out" / "scene.toml").specimen.paths
     assert found == find_path(outlined_beam(grow__segment=16.0, stage__0__steps=15)).lines

@@ -7,7 +7,7 @@ import pytest
 
 from cohesive import Scene, run
 from cohesive.scenes.scene import built_in
-from tests.builders import block
+from tests.builders import block, run_and_keep
 
 
 def pulled(steps: int, tol: float = 1e-4) -> Scene:
@@ -19,8 +19,8 @@ def pulled(steps: int, tol: float = 1e-4) -> Scene:
 
 
 def test_notched_plate_dissipates_the_fracture_energy() -> None:
-    result = run(pulled(40))
-    state = result.last
+    result, states, _ = run_and_keep(pulled(40))
+    state = states[-1]
     assert state.cracks.deformation[:, 0].min() > 1.4 * result.scene.material.Zm
     assert abs(state.cracks.stress).max() < 1e-3 * result.scene.material.ft
     assert result.dissipated_energy == pytest.approx(result.full_energy, rel=0.01)

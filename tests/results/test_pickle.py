@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from cohesive import Comparison, NotConverged, Result, Scene, compare, run
-from cohesive.results.record import Record
 
 SMALL = {"mesh.crack_size": 5.0, "mesh.far_size": 12.0, "stage.0.steps": 8}
 
@@ -33,33 +32,7 @@ def files(folder: Path) -> dict[str, bytes]:
         facts = json.loads(found[name])
         del facts["timings"]["output"], facts["summary"]
         found[name] = json.dumps(facts).encode()
-    return found
-
-
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
-def test_a_result_comes_back_whole(comparison: Comparison, model: str, tmp_path: Path) -> None:
-    result: Result = getattr(comparison, model)
-    copy = again(again(result))
-    assert isinstance(copy, Result)
-    np.testing.assert_equal(copy.history, result.history)
-    for row in range(len(result.states)):
-        np.testing.assert_array_equal(copy.frame(row).displacement, result.frame(row).displacement)
-    for one, other in zip(copy.opening_profile(-1), result.opening_profile(-1), strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert copy.summary() == result.summary()
-    for one, folder in ((result, tmp_path / "result"), (copy, tmp_path / "copy")):
-        one.save(folder)
-    assert files(tmp_path / "copy") == files(tmp_path / "result")
-
-
-@pytest.mark.parametrize("condensation", ["always", "never"])
-def test_the_factorization_stays_behind(condensation: str) -> None:
-    result = run(Scene.load("notched-beam").with_(**SMALL, **{"solver.condensation": condensation}))
-    copy = again(result)
-    assert isinstance(copy, Result) and copy.model.condensation.kind == result.model.condensation.kind
-    np.testing.assert_array_equal(copy.frame(3).displacement, result.frame(3).displacement)
-    with pytest.raises(AttributeError, match="does not carry the stiffness of its body; run its scene again"):
-        copy.problem.elastic_energy(copy.last.v)
+    return {name: content for name, content in found.items() if not name.endswith(".npz")}  # they hold the time of writing
 
 
 def test_a_pickle_is_small() -> None:
@@ -92,10 +65,3 @@ def test_processes_run_scenes(comparison: Comparison) -> None:
         with pytest.raises(NotConverged, match="control = 'opening' or 'driven' goes on past the peak") as caught:
             stopped.result()
     assert isinstance(caught.value.result, Result) and caught.value.result.steps > 0
-
-
-def test_a_run_without_a_step_comes_back() -> None:
-    scene = Scene.load("notched-beam").with_(**SMALL)
-    full = run(scene)
-    empty = again(Result(full.scene, full.model, Record(full.problem), ["stopped: at once"], None))
-    assert isinstance(empty, Result) and empty.notes == ["stopped: at once"] and empty.peak_load == 0.0

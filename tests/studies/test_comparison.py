@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 
 from cohesive import Comparison, Scene, compare, run
 from cohesive.commands.command_line import main
-from cohesive.elements.bulk import ELEMENTS
+from cohesive.elements.registry import ELEMENTS
 from examples import discrete_and_smeared, sandwich_panel
 from meshing.paths import along_paths
 from tests.builders import block
@@ -127,7 +127,7 @@ def fine_beam(**changes: object) -> tuple[float, float]:
 
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
-    monkeypatch.setattr("cohesive.model.band.centre_line", lambda kind, d: ELEMENTS["quad"][1])
+    monkeypatch.setattr("cohesive.model.band.centre_rule", lambda kind: ELEMENTS["quad"].rule)
     locked_peak, locked_energy = fine_beam()
     assert locked_peak > 1.03 * peak and locked_energy > 1.1 * energy
 

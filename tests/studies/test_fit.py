@@ -15,7 +15,7 @@ from cohesive.measured.curve import Measured
 from cohesive.studies.curve_choice import fit_curves
 from cohesive.studies.export import EXPORTS, exported, points
 from cohesive.studies.fit_data import Data, effective_count
-from cohesive.studies.rig import Rig
+from cohesive.studies.repeated_run import RepeatedRun
 
 TRUTH = {"material.E": 30e3, "material.ft": 3.0, "material.Gf": 0.1}
 VARY = {"material.E": (15e3, 60e3), "material.ft": (1.0, 8.0), "material.Gf": (0.03, 0.4)}
@@ -38,7 +38,7 @@ def beam(**changes: Any) -> Scene:
 
 def measured(noise: float = 0.0, rows: int = 24, **changes: Any) -> tuple[Array, Array]:
     """Opening and load of a beam, with noise as a part of the peak."""
-    run = Rig(beam(**{"stage.0.steps": rows} | changes)).run({})
+    run = RepeatedRun(beam(**{"stage.0.steps": rows} | changes)).run({})
     x, y = run.history["opening"], run.history["load"]
     return x, y + noise * y.max() * np.random.default_rng(3).normal(size=len(y))
 

@@ -56,7 +56,7 @@ def test_a_run_that_fails_is_a_row_and_ends_nothing(tmp_path: Path) -> None:
         "material.Gf = -1.0: expected a number above 0" in reasons[0] and reasons[2] == "" and "failed down to" in reasons[3]
     )
     stopped = found.runs[3].result
-    assert stopped is not None and stopped.states  # as far as it came
+    assert stopped is not None and stopped.steps  # as far as it came
     found.save(tmp_path)
     lines = (tmp_path / "sweep.csv").read_text().splitlines()
     assert lines[0] == "run,material.Gf,stage.0,peak,opening_at_peak,dissipated,energy_error,iterations,seconds,reason"

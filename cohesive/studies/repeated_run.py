@@ -42,6 +42,8 @@ class Rows:
     stages : its stages
     model : Model
     steps : list of Step
+    dead : list of Step that brought the body under its dead loads
+    notes : of the run
     history : {column: (n,) array} of what belongs to a state
     """
 
@@ -49,11 +51,13 @@ class Rows:
     stages: Sequence[Stage]
     model: Model
     steps: list[Step]
+    dead: Sequence[Step]
+    notes: list[str]
     history: dict[str, Array]
 
 
 @dataclass
-class Rig:
+class RepeatedRun:
     """Runs a scene with changed values on one mesh.
 
     The sizes of the mesh and the width of the crack plane are those of the scene as it was given: their defaults follow the
@@ -89,6 +93,13 @@ class Rig:
             self._prepared = self._prepare(scene)
             return self._prepared.model
 
+    def _built(self, scene: Scene) -> Model:
+        """The same, for this once."""
+        try:
+            return self._prepared.model_of(self._prepared.scene_of(scene))
+        except SceneError:
+            return self._prepare(scene).model
+
     def run(self, values: Mapping[str, float], stages: Sequence[Stage] | None = None, tol: float | None = None) -> Rows:
         """Run with some values changed.
 
@@ -116,14 +127,14 @@ class Rig:
         steps = list(stepper)
         self.runs += 1
         records = [model.record(step.equilibrium.state) for step in steps]
-        names = records[0] if records else ()
-        return Rows(scene, stages, model, steps, {name: np.array([r[name] for r in records]) for name in names})
+        history = {name: np.array([r[name] for r in records]) for name in (records[0] if records else ())}
+        return Rows(scene, stages, model, steps, stepper.dead, stepper.notes, history)
 
     def is_exact(self, keys: Sequence[str], stages: Sequence[Stage]) -> bool:
         """Whether the steps of these stages can be differentiated in some keys."""
         whole = self.scene.model.kind == "discrete" and self.scene.solver.condensation != "petsc"
         plain = all(is_differentiated(stage.control) and not stage.redirects for stage in stages)
-        return whole and plain and all(_is_of_law(key) or _is_of_spring(key) for key in keys)
+        return whole and plain and all(_is_of_law(key) or _is_of_body(key) for key in keys)
 
     def derivatives(
         self, rows: Rows, values: Mapping[str, float], keys: Sequence[str], energies: bool = True
@@ -136,12 +147,14 @@ class Rig:
             below, above = (self._changed(rows, values, key, value + by) for by in (-half, half))
             parameters.append(Parameter(below, above, half, key == "material.E" or not _is_of_law(key)))
             halves.append(half)
-        rates = Sensitivity(rows.model.problem, rows.steps, parameters).rates(energies)
+        problem, first = rows.model.problem, rows.model.problem.initial()
+        rates = Sensitivity(problem, rows.steps, parameters, rows.dead).rates(energies)
         self.sensitivities += 1
         found = {}
         states = [step.equilibrium.state for step in rows.steps]
-        for key, half, rate in zip(keys, halves, rates, strict=True):
-            far = [rows.model.record(moved(state, each, half)) for state, each in zip(states, rate, strict=True)]
+        for key, half, (start, *rate) in zip(keys, halves, rates, strict=True):
+            there = replace(problem, start=moved(first, start, half)) if rows.dead else problem
+            far = [rows.model.recorded(there, moved(state, each, half)) for state, each in zip(states, rate, strict=True)]
             found[key] = {
                 name: (np.array([record[name] for record in far]) - column) / half for name, column in rows.history.items()
             }
@@ -151,13 +164,13 @@ class Rig:
         """The problem of a run with another number; one of the law needs no scene, and no model."""
         problem = rows.model.problem
         if not _is_of_law(key) or (key == "material.E" and rows.scene.specimen.regions()):
-            changed = self.model(self.scene.with_(**{**values, key: value})).problem
-            return replace(changed, tol=problem.tol)
+            return self._built(self.scene.with_(**{**values, key: value})).problem
         own = rows.scene.material
         material, law = _with_number(own, key, value), problem.point_law
         point_law = replace(law, plane=CrackPlane(material, law.plane.width))  # type: ignore[type-var, attr-defined]
-        stiffness = problem.stiffness if material.E == own.E else problem.stiffness.scaled(material.E / own.E)
-        return replace(problem, point_law=point_law, stiffness=stiffness)
+        ratio = material.E / own.E
+        stiffness = problem.stiffness if ratio == 1.0 else problem.stiffness.scaled(ratio)
+        return replace(problem, point_law=point_law, stiffness=stiffness, dead_factor=problem.dead_factor / ratio)
 
     def differences(
         self, values: Mapping[str, float], keys: Sequence[str], stages: Sequence[Stage], targets: Callable[[Rows], Index]
@@ -222,8 +235,10 @@ def _is_of_law(key: str) -> bool:
     return key.startswith("material.") and key not in _NOT_OF_THE_LAW
 
 
-def _is_of_spring(key: str) -> bool:
-    return key.startswith("specimen.") and key.endswith("stiffness")
+def _is_of_body(key: str) -> bool:
+    """Whether it changes a spring or a dead load, and the unknowns stay what they are."""
+    is_of_specimen = key.startswith("specimen.") and key.endswith(("stiffness", ".value"))
+    return is_of_specimen or key == "material.density"
 
 
 def value_of(scene: Scene, key: str) -> float:
@@ -234,13 +249,7 @@ def value_of(scene: Scene, key: str) -> float:
     SceneError
         If there is none.
     """
-    place: Any = scene.data
-    for part in key.split("."):
-        try:
-            place = place[int(part)] if isinstance(place, list) else place[part]
-        except (KeyError, IndexError, ValueError, TypeError):
-            place = None
-            break
+    place = scene.given(key)
     if place is None and key.startswith("material.") and key.count(".") == 1:  # a default, or one of a preset
         place = getattr(scene.material, key.split(".")[1], None)
     if isinstance(place, bool) or not isinstance(place, (int, float)):
