@@ -1,7 +1,8 @@
-"""Numbers of a run's curve and its energies, for run.json and notebooks."""
+"""Numbers of a run's curve and its energies, for its summary, run.json and notebooks."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,48 @@ from ..arrays import Array
 if TYPE_CHECKING:
     from .run_data import RunData
 
+#: what the columns `opening` and `sliding` are called beside a gauge in charge, if no gauge measures them
+_JUMPS = {"opening": "mean jump", "sliding": "mean sliding"}
+
 _ENERGIES = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest load of a run, and where it comes.
+
+    Attributes
+    ----------
+    load : N
+    at : mm, of the measure in charge
+    measure : its column of the history, as "cmod" or "driven"
+    """
+
+    load: float
+    at: float
+    measure: str
+
+
+def in_charge(data: RunData) -> str:
+    """The column over which the load is drawn: what was measured, else the last one in mm that a stage controls, else that of
+    the main gauge, or of a gauge over the mouth of the notch, or the mean jump."""
+    if data.reference is not None and data.reference.against in data.history:
+        return data.reference.against
+    controls = [stage.control for stage in data.scene.stages if data.unit_of(stage.control) == "mm"]
+    gauge = "cmod" if "cmod" in data.history and not data.gauge_is_elastic else "opening"
+    return controls[-1] if controls else gauge
+
+
+def label_of(data: RunData, column: str) -> str:
+    """What a column is called in words: its name, but for the mean jump if another measure of the opening is in charge."""
+    is_beside = not data.gauge_is_elastic and data.controlled in data.scene.specimen.gauges()
+    return (_JUMPS.get(column, column) if is_beside else column).replace("_", " ")
+
+
+def peak_text(data: RunData) -> str:
+    """The peak in words."""
+    peak = data.peak
+    return f"{peak.load:.5g} N at {peak.measure} {peak.at:.4g} mm"
 
 
 def energies(data: RunData) -> dict[str, float]:

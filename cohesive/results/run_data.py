@@ -11,6 +11,7 @@ from meshing.paths import along_paths
 from ..arrays import Array
 from .agreement import Agreement, agreements
 from .frames import Frame, frame_of
+from .measures import Peak, in_charge
 from .pickling import without_factors
 
 if TYPE_CHECKING:
@@ -75,12 +76,8 @@ class RunData:
 
     @property
     def controlled(self) -> str:
-        """Name of the column over which the load is drawn: what was measured, else the last gauge that a stage controls, else
-        the opening."""
-        if self.reference is not None:
-            return self.reference.against
-        names = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
-        return names[-1] if names else "opening"
+        """Name of the measure in charge, the column over which the load is drawn; see `measures.in_charge`."""
+        return in_charge(self)
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""
@@ -112,8 +109,14 @@ class RunData:
         return float(self.history["load"][self.peak_row]) if self.steps else 0.0
 
     @property
+    def peak(self) -> Peak:
+        """The largest load (N), and where it comes (mm) on the measure in charge; zeros if there is no step."""
+        at = float(self.history[self.controlled][self.peak_row]) if self.steps else 0.0
+        return Peak(self.peak_load, at, self.controlled)
+
+    @property
     def opening_at_peak(self) -> float:
-        """Opening at the largest load, mm."""
+        """Column `opening` at the largest load, mm: that of the main gauge, or without one the mean jump over the crack."""
         return float(self.history["opening"][self.peak_row]) if self.steps else 0.0
 
     @property
