@@ -50,10 +50,10 @@ def label_of(data: RunData, column: str) -> str:
     return (_JUMPS.get(column, column) if is_beside else column).replace("_", " ")
 
 
-def peak_text(data: RunData) -> str:
-    """The peak in words."""
-    peak = data.peak
-    return f"{peak.load:.5g} N at {peak.measure} {peak.at:.4g} mm"
+def peak_text(data: RunData, measure: str | None = None) -> str:
+    """The peak in words, its place on a column of the history, mm; default: the measure in charge."""
+    measure = measure or data.controlled
+    return f"{data.peak_load:.5g} N at {measure} {data.history[measure][data.peak_row]:.4g} mm"
 
 
 def energies(data: RunData) -> dict[str, float]:

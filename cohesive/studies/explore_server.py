@@ -10,10 +10,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
-import numpy as np
-
 from ..errors import SceneError
-from ..scenes.measured import Measured
 from .explorer import Explorer
 
 #: largest request, bytes: a measured curve of a million rows
@@ -46,7 +43,7 @@ class _Handler(BaseHTTPRequestHandler):
             return self._refuse()
         template = resources.files("cohesive.studies").joinpath("explore.html").read_text(encoding="utf-8")
         explorer = self.server.explorer
-        facts = {"title": explorer.scene.title, "controls": explorer.controls()}
+        facts = {"title": explorer.scene.title, "controls": explorer.controls(), "measured": explorer.measured()}
         data = json.dumps(facts).replace("</", "<\\/")
         self._send(template.replace("{{data}}", data).encode(), "text/html; charset=utf-8")
 
@@ -68,7 +65,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(json.dumps(found).encode(), "application/json")
 
     def _run(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        return self.server.explorer.answer(changes)
+        return self.server.explorer.answer(changes, asked.get("over"))
 
     def _toml(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
         return {"text": self.server.explorer.toml(changes)}
@@ -77,11 +74,10 @@ class _Handler(BaseHTTPRequestHandler):
         return {"text": self.server.explorer.python(changes)}
 
     def _curve(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        return self.server.explorer.curve(str(asked["text"]))
+        return self.server.explorer.measured(str(asked["text"]), str(asked["name"]))
 
     def _fit(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        x, low, high = (np.array(asked[name], dtype=float) for name in ("x", "low", "high"))
-        return self.server.explorer.fitted(changes, Measured("measured", x, low, high, is_band=bool((high > low).any())))
+        return self.server.explorer.fitted(changes, asked.get("text"), str(asked.get("name")))
 
     def _path(self) -> str | None:
         """What stands behind the token; None for another token, or a name that is not this machine's."""
