@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,32 +15,6 @@ if TYPE_CHECKING:
 _JUMPS = {"opening": "mean jump", "sliding": "mean sliding"}
 
 _ENERGIES = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
-
-
-@dataclass(frozen=True)
-class Peak:
-    """The largest load of a run, and where it comes.
-
-    Attributes
-    ----------
-    load : N
-    at : mm, of the measure in charge
-    measure : its column of the history, as "cmod" or "driven"
-    """
-
-    load: float
-    at: float
-    measure: str
-
-
-def in_charge(data: RunData) -> str:
-    """The column over which the load is drawn: what was measured, else the last one in mm that a stage controls, else that of
-    the main gauge, or of a gauge over the mouth of the notch, or the mean jump."""
-    if data.reference is not None and data.reference.against in data.history:
-        return data.reference.against
-    controls = [stage.control for stage in data.scene.stages if data.unit_of(stage.control) == "mm"]
-    gauge = "cmod" if "cmod" in data.history and not data.gauge_is_elastic else "opening"
-    return controls[-1] if controls else gauge
 
 
 def label_of(data: RunData, column: str) -> str:

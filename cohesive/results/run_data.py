@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from meshing.paths import along_paths
 from ..arrays import Array
 from .agreement import Agreement, agreements
 from .frames import Frame, frame_of
-from .measures import Peak, in_charge
 from .pickling import without_factors
 
 if TYPE_CHECKING:
@@ -21,6 +21,22 @@ if TYPE_CHECKING:
     from ..scenes.scene import Scene
     from ..solver.problem import Problem, State
     from .record import Record
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest load of a run, and where it comes.
+
+    Attributes
+    ----------
+    load : N
+    at : mm, of the measure in charge
+    measure : its column of the history, as "cmod" or "driven"
+    """
+
+    load: float
+    at: float
+    measure: str
 
 
 class RunData:
@@ -76,8 +92,13 @@ class RunData:
 
     @property
     def controlled(self) -> str:
-        """Name of the measure in charge, the column over which the load is drawn; see `measures.in_charge`."""
-        return in_charge(self)
+        """Name of the measure in charge, the column over which the load is drawn: what was measured, else the last one in mm
+        that a stage controls, else that of the main gauge, or of one over the mouth of the notch, or the mean jump."""
+        if self.reference is not None and self.reference.against in self.history:
+            return self.reference.against
+        controls = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
+        gauge = "cmod" if "cmod" in self.history and not self.gauge_is_elastic else "opening"
+        return controls[-1] if controls else gauge
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""
