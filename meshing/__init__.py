@@ -1,82 +1,62 @@
 """Notched specimens with the crack path or surface inserted beforehand, as meshio meshes. Knows no mechanics."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .cutting.insertion import crack_front_length, insert_cracks
-    from .errors import MeshError
-    from .files.bands import read_band_mesh
-    from .files.reading import read_mesh
-    from .generation.band import mesh_band
-    from .generation.outline import Outline
-    from .generation.polygon import mesh_body, mesh_polygon
-    from .generation.sizes import MeshSizes
-    from .specimens import (
-        MixedModePlate,
-        NotchedBeam,
-        NotchedTension,
-        PlaneSpecimen,
-        PushOff,
-        SandwichPanel,
-        SingleCrack,
-        SingleCrack3D,
-        Specimen,
-        UserMesh,
-    )  # fmt: skip
-
-__all__ = [
-    "MeshError",
-    "MeshSizes",
-    "MixedModePlate",
-    "NotchedBeam",
-    "NotchedTension",
-    "Outline",
-    "PlaneSpecimen",
-    "PushOff",
-    "SandwichPanel",
-    "SingleCrack",
-    "SingleCrack3D",
-    "Specimen",
-    "UserMesh",
-    "crack_front_length",
-    "insert_cracks",
-    "mesh_band",
-    "mesh_body",
-    "mesh_polygon",
-    "read_band_mesh",
-    "read_mesh",
-]
-
-#: where each name lives; it is loaded when it is first asked for
+#: where each public name lives; it is loaded when it is first asked for
 _HOME = {
-    "MeshError": "errors",
-    "MeshSizes": "generation.sizes",
-    "MixedModePlate": "specimens",
-    "NotchedBeam": "specimens",
-    "NotchedTension": "specimens",
-    "Outline": "generation.outline",
-    "PlaneSpecimen": "specimens",
-    "PushOff": "specimens",
-    "SandwichPanel": "specimens",
-    "SingleCrack": "specimens",
-    "SingleCrack3D": "specimens",
-    "Specimen": "specimens",
-    "UserMesh": "specimens",
-    "crack_front_length": "cutting.insertion",
-    "insert_cracks": "cutting.insertion",
-    "mesh_band": "generation.band",
-    "mesh_body": "generation.polygon",
-    "mesh_polygon": "generation.polygon",
-    "read_band_mesh": "files.bands",
-    "read_mesh": "files.reading",
+    "MeshError": "meshing.errors",
+    "MeshSizes": "meshing.generation.sizes",
+    "MixedModePlate": "meshing.specimens",
+    "NotchedBeam": "meshing.specimens",
+    "NotchedTension": "meshing.specimens",
+    "Outline": "meshing.generation.outline",
+    "PlaneSpecimen": "meshing.specimens",
+    "PushOff": "meshing.specimens",
+    "SandwichPanel": "meshing.specimens",
+    "SingleCrack": "meshing.specimens",
+    "SingleCrack3D": "meshing.specimens",
+    "Specimen": "meshing.specimens",
+    "UserMesh": "meshing.specimens",
+    "crack_front_length": "meshing.cutting.insertion",
+    "insert_cracks": "meshing.cutting.insertion",
+    "mesh_band": "meshing.generation.band",
+    "mesh_body": "meshing.generation.polygon",
+    "mesh_polygon": "meshing.generation.polygon",
+    "read_band_mesh": "meshing.files.bands",
+    "read_mesh": "meshing.files.reading",
 }
 
+__all__ = list(_HOME)
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
+    from .generation.band import mesh_band as mesh_band
+    from .files.bands import read_band_mesh as read_band_mesh
+    from .errors import MeshError as MeshError
+    from .files.reading import read_mesh as read_mesh
+    from .cutting.insertion import crack_front_length as crack_front_length
+    from .cutting.insertion import insert_cracks as insert_cracks
+    from .generation.outline import Outline as Outline
+    from .generation.polygon import mesh_body as mesh_body
+    from .generation.polygon import mesh_polygon as mesh_polygon
+    from .generation.sizes import MeshSizes as MeshSizes
+    from .specimens import MixedModePlate as MixedModePlate
+    from .specimens import NotchedBeam as NotchedBeam
+    from .specimens import NotchedTension as NotchedTension
+    from .specimens import PlaneSpecimen as PlaneSpecimen
+    from .specimens import PushOff as PushOff
+    from .specimens import SandwichPanel as SandwichPanel
+    from .specimens import SingleCrack as SingleCrack
+    from .specimens import SingleCrack3D as SingleCrack3D
+    from .specimens import Specimen as Specimen
+    from .specimens import UserMesh as UserMesh
+
+else:  # hidden from type checkers, to which a name that is not above is none
+
+    def __getattr__(name):
+        if name not in _HOME:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(import_module(_HOME[name]), name)
 
 
 def __dir__() -> list[str]:

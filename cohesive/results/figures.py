@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from ..arrays import Array
 from .agreement import agreements
+from .measures import label_of
 
 if TYPE_CHECKING:
     from ..measured.curve import Reference
@@ -42,7 +43,7 @@ def save_curve(data: RunData, path: Path) -> None:
         others, ("sliding", "opening"), ("stress_s", "stress_n"), ("shear", "normal"), strict=False
     ):
         other.plot(data.history[motion], data.history[stress], color="C0")
-        other.set(xlabel=f"{motion} (mm)", ylabel=f"mean {name} traction on the crack (MPa)")
+        other.set(xlabel=_label(data, motion), ylabel=f"mean {name} traction on the crack (MPa)")
         other.axhline(0.0, color="0.5", linewidth=0.6)
     set_title(figure, data.scene.title)
     save(figure, path)
@@ -70,21 +71,19 @@ def draw_curve(axes: Axes, data: RunData) -> None:
 
 
 def _label(data: RunData, name: str) -> str:
-    unit = data.unit_of(name)
-    words = name.replace("_", " ").replace("$", r"\$")
+    unit, words = data.unit_of(name), label_of(data, name).replace("$", r"\$")
     return f"{words} ({unit})" if unit else words
 
 
-def abscissa(data: RunData) -> tuple[str, Array, Array]:
+def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Array]:
     """Name and values (mm) of what the load (N) is drawn over, and the load.
 
-    The load is drawn over the opening, or over what the measured curve is drawn over; for a platen that moves both ways over
+    The load is drawn over a column of the history, that in charge unless one is given; for a platen that moves both ways over
     its way, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
     """
-    load = data.history["load"]
+    load, measure = data.history["load"], measure or data.controlled
     if not data.drives_both_ways:
-        name = "opening" if data.reference is None else data.reference.against
-        return name, data.history[name], load
+        return measure, data.history[measure], load
     stage = data.history["stage"].astype(int)
     begins = np.flatnonzero(np.diff(stage)) + 1
     turned = [row for row in begins if data.scene.stages[stage[row] - 1].angle is not None]

@@ -10,7 +10,7 @@ from html import escape
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-from .measures import curve_measures
+from .measures import curve_measures, peak_text
 
 if TYPE_CHECKING:
     from ..solver.stages import Stage
@@ -23,7 +23,7 @@ def html_of(data: RunData) -> str:
     stiffness = measures.get("initial_stiffness")
     rows = [
         ("model", "crack band" if data.is_smeared else "discrete crack"),
-        ("peak load", f"{data.peak_load:.5g} N at opening {data.opening_at_peak:.4g} mm"),
+        ("peak load", peak_text(data)),
         ("initial stiffness", "" if stiffness is None else f"{stiffness:.4g} N/mm over {measures['over']}"),
         ("dissipated", f"{data.dissipated_energy:.5g}{'' if full is None else f' of {full:.5g}'} N mm"),
         ("energy error", f"{data.energy_error:.1e} of the work"),

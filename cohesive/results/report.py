@@ -9,6 +9,7 @@ import numpy as np
 from ..elements.rotations import major_stress
 from .agreement import agreement_lines
 from .crushing import crushing
+from .measures import peak_text
 
 if TYPE_CHECKING:
     from .fields import Fields
@@ -35,7 +36,7 @@ def summary(data: RunData) -> str:
     energies = {name: float(h[name][-1]) for name in ("elastic", "stored", "dissipated", "contact_work")}
     timings = ", ".join(f"{name} {seconds:.2f}" for name, seconds in data.timings.items())
     lines += [
-        f"peak load: {data.peak_load:.5g} N at opening {data.opening_at_peak:.4g} mm{_other_gauge(data)}",
+        f"peak load: {peak_text(data)}",
         f"dissipated: {h['dissipated'][-1]:.5g} N mm{full}; the last load is {100 * last:.1f} % of the largest",
         f"energy balance: work {h['work'][-1]:.5g} = "
         + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
@@ -45,14 +46,6 @@ def summary(data: RunData) -> str:
         f"steps: {data.steps}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
     return "\n".join(lines + agreement_lines(data.reference, h))
-
-
-def _other_gauge(data: RunData) -> str:
-    """What the stage of the peak controls, if that is another gauge than the opening."""
-    control = data.scene.stages[int(data.history["stage"][data.peak_row]) - 1].control
-    if control == "opening" or control not in data.scene.specimen.gauges():
-        return ""
-    return f", {control} {data.history[control][data.peak_row]:.4g} mm"
 
 
 def _full_energy(data: RunData) -> str:

@@ -21,6 +21,22 @@ if TYPE_CHECKING:
     from .model_facts import ModelFacts
 
 
+@dataclass(frozen=True)
+class Peak:
+    """The largest load of a run, and where it comes.
+
+    Attributes
+    ----------
+    load : N
+    at : mm, of the measure in charge
+    measure : its column of the history, as "cmod" or "driven"
+    """
+
+    load: float
+    at: float
+    measure: str
+
+
 @dataclass(eq=False)
 class RunData:
     """The data of a run: the same when it is fresh, when it comes from a pickle, and when it was loaded from its folder.
@@ -71,12 +87,13 @@ class RunData:
 
     @property
     def controlled(self) -> str:
-        """Name of the column over which the load is drawn: what was measured, else the last gauge that a stage controls, else
-        the opening."""
-        if self.reference is not None:
+        """Name of the measure in charge, the column over which the load is drawn: what was measured, else the last one in mm
+        that a stage controls, else that of the main gauge, or of one over the mouth of the notch, or the mean jump."""
+        if self.reference is not None and self.reference.against in self.history:
             return self.reference.against
-        names = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
-        return names[-1] if names else "opening"
+        controls = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
+        gauge = "cmod" if "cmod" in self.history and not self.gauge_is_elastic else "opening"
+        return controls[-1] if controls else gauge
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""
@@ -108,8 +125,14 @@ class RunData:
         return float(self.history["load"][self.peak_row]) if self.steps else 0.0
 
     @property
+    def peak(self) -> Peak:
+        """The largest load (N), and where it comes (mm) on the measure in charge; zeros if there is no step."""
+        at = float(self.history[self.controlled][self.peak_row]) if self.steps else 0.0
+        return Peak(self.peak_load, at, self.controlled)
+
+    @property
     def opening_at_peak(self) -> float:
-        """Opening at the largest load, mm."""
+        """Column `opening` at the largest load, mm: that of the main gauge, or without one the mean jump over the crack."""
         return float(self.history["opening"][self.peak_row]) if self.steps else 0.0
 
     @property

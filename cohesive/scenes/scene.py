@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import tomli_w
@@ -38,6 +38,8 @@ GROW = "grow"
 
 #: levels of tables and lists, bits of a whole number, and digits of an index into a list, that a scene may have
 _DEEPEST, _MOST_BITS, _MOST_DIGITS = 20, 1000, 10
+
+T = TypeVar("T")
 
 _BUILTIN = resources.files("cohesive.scenes") / "builtin"
 
@@ -148,9 +150,9 @@ class Scene:
         return options
 
     def along(self, lines: Sequence[Line]) -> Scene:
-        """The scene with given crack paths, on elements of the same sizes, discrete."""
-        assert self.sizes is not None
-        sizes = {f"mesh.{name}": getattr(self.sizes, name) for name in ("crack_size", "far_size")}
+        """The scene with given crack paths, on elements of the same sizes, discrete; SceneError for a mesh of the user's."""
+        known = self._known("the size of its elements", self.sizes)
+        sizes = {f"mesh.{name}": getattr(known, name) for name in ("crack_size", "far_size")}
         crack = [[list(point) for point in line] for line in lines]
         scene = self.without_search(crack).with_(**sizes)
         return scene.with_(**{"model.kind": "discrete"})
@@ -310,26 +312,34 @@ class Scene:
 
     @property
     def crack_length(self) -> float:
-        """Length of the crack path of a sized specimen, mm; that of a crack without one is the root of its area."""
+        """Length of the crack path of a sized specimen, mm; that of a crack without one is the root of its area. SceneError
+        for a specimen that brings its own mesh, as for `crack_area` and `band_width`."""
         try:
             length = self.specimen.path_length
         except MeshError as error:
             raise SceneError(f"specimen.{error}", f"specimen.{error.key}") from None
-        assert length is not None
-        return length
+        return self._known("the length of its crack", length)
 
     @property
     def crack_area(self) -> float:
         """Area of the crack of a sized specimen, mm^2."""
-        area = self.specimen.crack_area
-        assert area is not None
-        return area
+        return self._known("the area of its crack", self.specimen.crack_area)
 
     @property
     def band_width(self) -> float:
         """Width of the band along the path of a sized specimen, mm: the crack size, if the scene names none."""
-        assert self.sizes is not None
-        return self.sizes.crack_size if self.band.width is None else self.band.width
+        sizes = self._known("the width of its band", self.sizes)
+        return sizes.crack_size if self.band.width is None else self.band.width
+
+    def _known(self, what: str, value: T | None) -> T:
+        """A value that the keys of the specimen tell, if they do."""
+        if value is None:
+            raise SceneError(
+                f"specimen.kind = '{self.kind}': {what} is not known before its mesh is read; expected a kind without a file, "
+                "or the result of a run (result.model)",
+                "specimen.kind",
+            )
+        return value
 
     def file(self, name: str) -> Path:
         """A file that the scene names: beside it, or one that comes with the built-in scenes."""

@@ -30,7 +30,7 @@ class Comparison(ComparisonData[Result]):
         """The printed table."""
         lines = [self.discrete.scene.title, f"{'':24s}{'discrete':>12s}{'smeared':>12s}{'difference':>12s}"]
         for name, row in self.table.items():
-            unit = f" ({UNITS[name]})" if UNITS[name] else ""
+            unit = f" ({unit})" if (unit := UNITS.get(name, "mm")) else ""
             values = "".join(f"{row[model]:12.5g}" for model in MODELS)
             sign = "" if name == "curve_distance" else "+"  # a distance has none
             lines.append(f"{name.replace('_', ' ') + unit:24s}{values}{100 * row['relative_difference']:{sign}11.2f}%")
@@ -58,7 +58,7 @@ class Comparison(ComparisonData[Result]):
         for name, result in self.runs.items():
             result.save(folder / name)
         text = "quantity,unit,discrete,smeared,relative_difference\n" + "".join(
-            f"{name},{UNITS[name]},{row['discrete']:.9g},{row['smeared']:.9g},{row['relative_difference']:.9g}\n"
+            f"{name},{UNITS.get(name, 'mm')},{row['discrete']:.9g},{row['smeared']:.9g},{row['relative_difference']:.9g}\n"
             for name, row in self.table.items()
         )
         write_file(folder / "comparison.csv", lambda path: write_text(path, text))

@@ -12,8 +12,8 @@ from .curves import Pair, curve_of
 
 MODELS = ("discrete", "smeared")
 
-#: units of the table's quantities
-UNITS = {"peak": "N", "opening_at_peak": "mm", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
+#: units of the table's quantities, but for the place of the peak
+UNITS = {"peak": "N", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
 
 #: for each stage its title and, by model, positions along the crack path and openings, mm
 Profiles = list[tuple[str, dict[str, tuple[Array, Array]]]]
@@ -27,22 +27,26 @@ class ComparisonData(Generic[Run]):
     Attributes
     ----------
     discrete, smeared : Result
+    measure : the measure in charge, a column of both histories, as "opening" or "cmod"
     table : {quantity: {"discrete": , "smeared": , "relative_difference": }}, the difference that of the smeared value
-        over the discrete one. peak (N), opening_at_peak (mm); energy (N mm), the area under load over opening to the
-        common end; curve_distance, the area between the curves over the area under each, and over the mean of both;
-        iterations; seconds, without files. If a platen moves both ways, the curves are those of its load over its
-        motion, and the energy is its work.
+        over the discrete one. peak (N) and where it comes on the measure in charge, opening_at_peak, cmod_at_peak or
+        driven_at_peak (mm); energy (N mm), the area under load over that measure to the common end; curve_distance, the area
+        between the curves over the area under each, and over the mean of both; iterations; seconds, without files. If a
+        platen moves both ways, the curves are those of its load over its motion, and the energy is its work.
     notes : what stopped a run early, and what the runs say of themselves
     """
 
     def __init__(self, discrete: Run, smeared: Run, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
-        pair = self._pair = Pair.from_curves(curve_of(discrete), curve_of(smeared))
+        own = discrete.controlled  # a gauge that the band's mesh cannot place is none of its columns
+        self.measure = own if own in smeared.history else smeared.controlled
+        curves = {name: curve_of(run, self.measure) for name, run in self.runs.items()}
+        pair = self._pair = Pair.from_curves(*curves.values())
         under = {name: pair.under(i) for i, name in enumerate(MODELS)}
         between = pair.between()
         self.table: dict[str, dict[str, float]] = {
             "peak": _row({name: run.peak_load for name, run in self.runs.items()}),
-            "opening_at_peak": _row({name: run.opening_at_peak for name, run in self.runs.items()}),
+            f"{self.measure}_at_peak": _row({name: curve.at_peak for name, curve in curves.items()}),
             "energy": _row({name: pair.energy(i) for i, name in enumerate(MODELS)}),
             "curve_distance": {name: _ratio(between, area) for name, area in under.items()}
             | {"relative_difference": _ratio(2 * between, sum(under.values()))},
@@ -76,8 +80,8 @@ class ComparisonData(Generic[Run]):
         """What the curves are drawn over."""
         if self.by_platen:
             return "way of the platen, there and back"
-        there_and_back = bool((np.diff(self.discrete.history["opening"]) < 0).any())
-        return "opening travelled, forth and back" if there_and_back else "opening"
+        there_and_back = bool((np.diff(self.discrete.history[self.measure]) < 0).any())
+        return f"{self.measure} travelled, forth and back" if there_and_back else self.measure
 
     def profiles(self) -> Profiles:
         """Openings (mm) over the position along the crack path (mm) in both models at three stages.
@@ -87,13 +91,13 @@ class ComparisonData(Generic[Run]):
         """
         if self.discrete.fields.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
             return []
-        s, opening, _ = self._pair.upto_end(0)
+        s, x, _ = self._pair.upto_end(0)
         found = []
         for at in self._stages():
             by_model = {
                 name: _profile(run, s, at) for (name, run), s in zip(self.runs.items(), self._pair.travelled, strict=True)
             }
-            found.append((f"opening {np.interp(at, s, opening):.3g} mm", by_model))
+            found.append((f"{self.measure} {np.interp(at, s, x):.3g} mm", by_model))
         return found
 
     def _stages(self) -> list[float]:

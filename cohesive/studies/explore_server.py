@@ -5,15 +5,13 @@ from __future__ import annotations
 import json
 import secrets
 import threading
+from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
-import numpy as np
-
 from ..errors import SceneError
-from ..measured.curve import Measured
 from .explorer import Explorer
 
 #: largest request, bytes: a measured curve of a million rows
@@ -21,6 +19,15 @@ _LARGEST = 50_000_000
 
 #: names by which a browser on this machine may ask; another one would be a page elsewhere that asks through it
 _HOSTS = ("127.0.0.1", "localhost")
+
+#: what a page may ask: its name in the address, and how it is answered from the changes and all else that was asked
+_ACTIONS: dict[str, Callable[[Explorer, dict[str, Any], dict[str, Any]], dict[str, Any]]] = {
+    "run": lambda explorer, changes, asked: explorer.answer(changes, asked.get("over")),
+    "toml": lambda explorer, changes, asked: {"text": explorer.toml(changes)},
+    "python": lambda explorer, changes, asked: {"text": explorer.python(changes)},
+    "curve": lambda explorer, changes, asked: explorer.measured(str(asked["text"]), str(asked["name"])),
+    "fit": lambda explorer, changes, asked: explorer.fitted(changes, asked.get("text"), str(asked.get("name"))),
+}
 
 
 class ExploreServer(ThreadingHTTPServer):
@@ -46,47 +53,25 @@ class _Handler(BaseHTTPRequestHandler):
             return self._refuse()
         template = resources.files("cohesive.studies").joinpath("explore.html").read_text(encoding="utf-8")
         explorer = self.server.explorer
-        facts = {"title": explorer.scene.title, "controls": explorer.controls()}
+        facts = {"title": explorer.scene.title, "controls": explorer.controls(), "measured": explorer.measured()}
         data = json.dumps(facts).replace("</", "<\\/")
         self._send(template.replace("{{data}}", data).encode(), "text/html; charset=utf-8")
 
     def do_POST(self) -> None:
         """What the page asks: {"changes": {key: value}, ...} as JSON."""
         length = int(self.headers.get("Content-Length") or 0)
-        actions = {"run": self._run, "toml": self._toml, "python": self._python, "curve": self._curve, "fit": self._fit}
-        action = actions.get(self._path() or "")
+        action = _ACTIONS.get(self._path() or "")
         if action is None or length > _LARGEST:
             return self._refuse()
         try:
             asked = json.loads(self.rfile.read(length))
             with self.server.running:
-                found = action(asked, dict(asked.get("changes", {})))
+                found = action(self.server.explorer, dict(asked.get("changes", {})), asked)
         except SceneError as error:
             found = {"error": str(error)}
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             found = {"error": f"the request cannot be read: {error}"}
         self._send(json.dumps(found).encode(), "application/json")
-
-    def _run(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        return self.server.explorer.answer(changes)
-
-    def _toml(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        return {"text": self.server.explorer.toml(changes)}
-
-    def _python(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        return {"text": self.server.explorer.python(changes)}
-
-    def _curve(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        return self.server.explorer.curve(str(asked["text"]))
-
-    def _fit(self, asked: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-        x, low, high = (np.array(asked[name], dtype=float) for name in ("x", "low", "high"))
-        against = str(asked.get("against", ""))
-        is_band = bool((high > low).any())
-        return self.server.explorer.fitted(
-            changes,
-            Measured.from_band(x, low, high, against=against) if is_band else Measured("measured", x, low, against=against),
-        )
 
     def _path(self) -> str | None:
         """What stands behind the token; None for another token, or a name that is not this machine's."""

@@ -16,8 +16,9 @@ from meshing.errors import MeshError
 from ..arrays import Array
 from ..errors import NotConverged, ParameterError, SceneError
 from ..law.softening import SOFTENING
-from ..measured.curve import Measured
+from ..measured.curve import Reference
 from ..model.prepared import Prepared, prepare
+from ..results.measures import peak_text
 from ..results.result import Result
 from ..scenes.reference import load_reference
 from ..scenes.scene import Scene, dump_toml
@@ -75,9 +76,14 @@ class Explorer:
         found["material.contact"] = {"choices": ["printed", "potential"], "start": material.get("contact", "printed")}
         return found
 
-    def answer(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+    def answer(self, changes: Mapping[str, Any], over: str | None = None) -> dict[str, Any]:
         """Curve, crack profile at the peak and at the end, softening curve and numbers of a run with some keys changed; or
-        `error`, one sentence, with what was computed before it if there is anything."""
+        `error`, one sentence, with what was computed before it if there is anything.
+
+        Parameters
+        ----------
+        over : the column of the history, mm, that the curve is drawn over; default: the measure in charge.
+        """
         clock, error, result = time.perf_counter(), "", None
         try:
             scene = self._changed(changes)
@@ -87,7 +93,7 @@ class Explorer:
         except (SceneError, MeshError, ParameterError) as refused:
             return {"error": str(refused)}
         found = {"error": error, "seconds": time.perf_counter() - clock}
-        return found | (_shown(result) if result is not None and result.steps else {})
+        return found | (_shown(result, over) if result is not None and result.steps else {})
 
     def toml(self, changes: Mapping[str, Any]) -> str:
         """The scene as a file."""
@@ -101,28 +107,51 @@ class Explorer:
             f"scene = Scene({self.scene.data!r})\nresult = run(scene.with_(**{given!r}))\nprint(result.summary())\n"
         )
 
-    def curve(self, text: str) -> dict[str, Any]:
-        """A measured table as the page draws it, or `error`."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "measured.csv")
-            path.write_text(text, encoding="utf-8")
-            try:
-                reference = load_reference(self.scene.with_(reference={"file": str(path)}))
-                assert reference is not None
-                measured = reference.curves[0].without_doubt()
-            except (SceneError, ParameterError) as refused:
-                return {"error": str(refused).replace(str(path), "the file")}
-        arrays = dict(zip(("x", "low", "high"), map(_numbers, (measured.x, *measured.bounds)), strict=True))
-        return arrays | {"against": measured.against, "notes": list(measured.notes)}
+    def measured(self, text: str | None = None, name: str = "") -> dict[str, Any]:
+        """The measured curves as the page draws them, and the column of the history that they were measured over; or `error`.
 
-    def fitted(self, changes: Mapping[str, Any], measured: Measured) -> dict[str, Any]:
-        """ft and Gf of a fit that starts from the changed scene, within the ends of their sliders; or `error`."""
+        Parameters
+        ----------
+        text, name : of a file; default: what the scene names, and an empty dict if it names none.
+        """
+        try:
+            reference = self._reference(text, name)
+        except (SceneError, ParameterError) as refused:
+            return {"error": str(refused)}
+        if reference is None:
+            return {}
+        curves = [
+            {"name": each.name, "x": _numbers(each.x), "low": _numbers(each.bounds[0]), "high": _numbers(each.bounds[1])}
+            for each in reference.curves
+        ]
+        notes = [f"{each.name}: {note}" for each in reference.curves for note in each.notes]
+        return {"over": reference.against, "curves": curves, "notes": notes}
+
+    def fitted(self, changes: Mapping[str, Any], text: str | None = None, name: str = "") -> dict[str, Any]:
+        """ft and Gf that `fit` finds from the changed scene within the ends of their sliders, and its summary; or `error`.
+
+        Parameters
+        ----------
+        text, name : of the measured file; default: what the scene names.
+        """
         try:
             ends = {key: (self.controls()[key]["low"], self.controls()[key]["high"]) for key in _FITTED}
-            found = fit(self._changed(changes), ends, reference=measured, check=False)
+            found = fit(self._changed(changes), ends, reference=self._reference(text, name))
         except (SceneError, MeshError, ParameterError, NotConverged) as refused:
             return {"error": str(refused)}
-        return {"values": found.values, "words": found.identifiable, "rms": found.rms}
+        return {"values": found.values, "summary": found.summary()}
+
+    def _reference(self, text: str | None, name: str) -> Reference | None:
+        """The measured curves of a file with this text, or those of the scene."""
+        if text is None:
+            return load_reference(self.scene)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, Path(name).name or "measured.csv")
+            path.write_text(text, encoding="utf-8")
+            try:
+                return load_reference(self.scene.with_(reference={"file": str(path)}))
+            except SceneError as refused:
+                raise SceneError(str(refused).replace(str(path), path.name), refused.key) from None
 
     def _changed(self, changes: Mapping[str, Any], frames: bool = False) -> Scene:
         offered = self.controls()
@@ -141,19 +170,20 @@ class Explorer:
         return kept
 
 
-def _shown(result: Result) -> dict[str, Any]:
+def _shown(result: Result, over: str | None) -> dict[str, Any]:
     material, profiles = result.scene.material, {}
     w = np.linspace(0.0, min(float(material.curve.end), 5.0 * material.Gf / material.ft), _POINTS)
     for name, row in (("at the peak", result.peak_row), ("at the end", len(result.history["load"]) - 1)):
         _, opening = result.opening_profile(row)
         profiles[name] = [_numbers(result.profile_distance()), _numbers(opening)]
+    over = over if over is not None and result.unit_of(over) == "mm" else result.controlled
     return {
-        "over": result.controlled,
-        "x": _numbers(result.history[result.controlled]),
+        "over": over,
+        "x": _numbers(result.history[over]),
         "load": _numbers(result.history["load"]),
         "profiles": profiles,
         "softening": [_numbers(w), _numbers(material.curve.stress(w))],
-        "said": f"peak {result.peak_load:.4g} N at {result.opening_at_peak:.3g} mm, {result.iterations} iterations",
+        "said": f"peak {peak_text(result, over)}, {result.iterations} iterations",
     }
 
 

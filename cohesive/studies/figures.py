@@ -15,20 +15,21 @@ from ..results.figures import abscissa, draw_reference, new_figure, plain_legend
 
 if TYPE_CHECKING:
     from .comparison import ComparisonData, Profiles
-    from .trials import Trials
+    from .trials import SweepSettings
 
 
 def comparison_figure(comparison: ComparisonData[Any]) -> Figure:
-    """Load over opening in both models, their difference, and openings along the crack at three stages."""
+    """Load over the measure in charge in both models, their difference, and openings along the crack at three stages."""
     profiles = comparison.profiles()
     figure = new_figure(11.0 if profiles else 6.4, 5.6)
     widths = [1.15, 1.0] if profiles else [1.0]
     grid = figure.add_gridspec(2, len(widths), height_ratios=[2.4, 1.0], width_ratios=widths)
     top, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
-    if not comparison.by_platen:
-        draw_reference(top, comparison.discrete.reference)
+    reference = comparison.discrete.reference
+    if reference is not None and reference.against == comparison.measure and not comparison.by_platen:
+        draw_reference(top, reference)
     for result, label, style in ((comparison.discrete, "discrete", "C0-"), (comparison.smeared, "smeared", "C1--")):
-        what, x, load = abscissa(result)
+        what, x, load = abscissa(result, comparison.measure)
         top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.5g} N")
     top.axhline(0.0, color="0.5", linewidth=0.6)
     top.set(xlabel=f"{what} (mm)", ylabel="load (N)")
@@ -54,7 +55,7 @@ def _draw_profiles(axes: Axes, profiles: Profiles) -> None:
     axes.legend(frameon=False)
 
 
-def trade_figure(trade: Trials) -> Figure:
+def trade_figure(trade: SweepSettings) -> Figure:
     """Error over CPU time of every setting, both logarithmic, numbered as in the list beside it; the line joins those
     that no other beats in both."""
     figure = new_figure(12.5, 7.0)

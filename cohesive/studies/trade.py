@@ -1,4 +1,4 @@
-"""Accuracy against cost: one scene with one knob turned at a time, then the promising settings together."""
+"""Accuracy against cost: one scene with one setting changed at a time, then the promising ones together."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext
@@ -19,12 +20,12 @@ from ..scenes.scene import Scene
 from .curves import Curve, Pair
 from .parameters import Settings, changes, single
 from .pool import processes
-from .trials import ERRORS, MEASURES, Cost, Trial, Trials, errors, measured
+from .trials import ERRORS, MEASURES, Cost, SweepSetting, SweepSettings, errors, measured
 
 #: errors for which the cheapest setting is named
 ACCURACIES = (0.05, 0.01, 0.002)
 
-#: a setting joins a combination for an accuracy if turned alone it loses no more than this part of it
+#: a setting joins a combination for an accuracy if changed alone it loses no more than this part of it
 _SHARE = 0.25
 
 #: and if it takes less than this part of the CPU time
@@ -38,8 +39,8 @@ _FINER = 4.0
 _FINER_IN_3D, _ON_CRACK = (1.5, 2.5), 350
 
 
-class Trade(Trials):
-    """All trials of a scene (see `Trials`), a summary in words, and the files."""
+class Trade(SweepSettings):
+    """All trials of a scene (see `SweepSettings`), a summary in words, and the files."""
 
     def summary(self) -> str:
         """Table of all trials and the recommendations."""
@@ -84,7 +85,7 @@ class Trade(Trials):
         facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
         text.write(f"# {json.dumps(facts)}\n")
         rows = csv.writer(text, lineterminator="\n")
-        rows.writerow(["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "knobs"])
+        rows.writerow(["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "settings"])
         for trial in self.trials:
             found: list[object] = [""] * 9
             if trial.cost is not None:
@@ -106,7 +107,7 @@ class Trade(Trials):
                         found = {name: float(row[name]) for name in ERRORS}
                         cpu, wall, memory = (float(row[name]) for name in ("cpu_s", "wall_s", "memory_mb"))
                         cost = Cost(cpu, wall, memory, int(row["iterations"]))
-                    trials.append(Trial(json.loads(row["knobs"]), found, cost, row["failure"]))
+                    trials.append(SweepSetting(json.loads(row["settings"]), found, cost, row["failure"]))
             return cls(Scene(facts["scene"]), facts["reference"], float(facts["own_error"]), trials)
         except OSError as error:
             raise SceneError(f"'{path}': cannot be read: {error.strerror}") from None
@@ -117,10 +118,11 @@ class Trade(Trials):
 def trade(
     scene: Scene,
     executor: Executor | None = None,
-    on_trial: Callable[[Trial], None] | None = None,
+    on_trial: Callable[[SweepSetting], None] | None = None,
+    settings: Iterable[str] | None = None,
     knobs: Iterable[str] | None = None,
 ) -> Trade:
-    """Turn the knobs of a scene one at a time, then those that pay together.
+    """Change the settings of a scene one at a time, then those that pay together.
 
     Crack size, far size, layers, order, shape, interface width (or the band's), quadrature, number of steps and how far they
     may grow, Newton tolerance, condensation; the smoothing of contact and the other model, which change the physics. Errors
@@ -132,15 +134,19 @@ def trade(
     executor : runs the trials, as that of a Dask client does; default: one process for each core. If its workers run more
         than one trial, the memory of a trial is the largest so far.
     on_trial : called after each trial.
-    knobs : those that are turned, of `parameters.KNOBS`; default: all.
+    settings : those that are changed, of `parameters.SETTINGS`; default: all.
+    knobs : the old name of `settings`, for one release.
 
     Raises
     ------
     SceneError
-        For a mesh of the user's, which has no sizes to turn, or an unknown knob.
+        For a mesh of the user's, which has no sizes to change, or an unknown setting.
     NotConverged
         If the reference fails.
     """
+    if knobs is not None:
+        warnings.warn("trade(knobs=...) is now trade(settings=...)", DeprecationWarning, stacklevel=2)
+        settings = knobs if settings is None else settings
     if scene.sizes is None:
         raise SceneError(
             "specimen.kind = 'mesh': a trade measures against a finer mesh, which a file does not give; expected a built-in "
@@ -148,18 +154,18 @@ def trade(
             "specimen.kind",
         )
     bare = Scene({key: value for key, value in scene.data.items() if key not in ("reference", "output")}, scene.folder)
-    alone = single(bare, knobs)
+    alone = single(bare, settings)
     most = finest(bare)
     waiting: list[tuple[Settings, Future[tuple[Curve, Cost]]]] = []
     with processes() if executor is None else nullcontext(executor) as pool:
 
-        def submit(settings: Iterable[Settings]) -> None:
-            waiting.extend((each, pool.submit(measured, bare, each)) for each in settings)
+        def submit(several: Iterable[Settings]) -> None:
+            waiting.extend((each, pool.submit(measured, bare, each)) for each in several)
 
-        def done(begin: int) -> list[Trial]:
+        def done(begin: int) -> list[SweepSetting]:
             found = []
-            for settings, future in waiting[begin:]:
-                found.append(_trial(settings, future, reference))
+            for each, future in waiting[begin:]:
+                found.append(_trial(each, future, reference))
                 if on_trial is not None:
                     on_trial(found[-1])
             return found
@@ -180,18 +186,18 @@ def trade(
 
 
 def _values(reference: Curve) -> dict[str, float]:
-    """Peak (N), opening at the peak (mm) and energy (N mm) of the reference."""
+    """Peak (N), its place on the measure in charge (mm) and energy (N mm) of the reference."""
     energy = Pair.from_curves(reference, reference).energy(0)
-    return {"peak": reference.peak, "opening_at_peak": reference.opening_at_peak, "energy": energy}
+    return {"peak": reference.peak, "at_peak": reference.at_peak, "energy": energy}
 
 
-def _trial(settings: Settings, future: Future[tuple[Curve, Cost]], reference: Curve) -> Trial:
+def _trial(settings: Settings, future: Future[tuple[Curve, Cost]], reference: Curve) -> SweepSetting:
     """The trial of settings that were submitted, when it is done."""
     try:
         curve, cost = future.result()
     except (NotConverged, SceneError, MeshError) as error:
-        return Trial(settings, failure=str(error))
-    return Trial(settings, errors(curve, reference), cost)
+        return SweepSetting(settings, failure=str(error))
+    return SweepSetting(settings, errors(curve, reference), cost)
 
 
 def finest(scene: Scene) -> float:
@@ -209,10 +215,10 @@ def finest(scene: Scene) -> float:
     return round(min(most, max(least, math.sqrt(_ON_CRACK / elements))), 1)
 
 
-def combined(trials: Sequence[Trial], own_error: float, finer: Sequence[Trial]) -> list[Settings]:
+def combined(trials: Sequence[SweepSetting], own_error: float, finer: Sequence[SweepSetting]) -> list[Settings]:
     """Settings that are promising together, for each accuracy.
 
-    Each knob takes its cheapest value whose own loss leaves room for the others. They are turned on the scene as it is, or
+    Each setting takes its cheapest value whose own loss leaves room for the others. They are changed on the scene as it is, or
     on a finer one if that does not reach the accuracy.
     """
     base = trials[0]
@@ -221,15 +227,15 @@ def combined(trials: Sequence[Trial], own_error: float, finer: Sequence[Trial]) 
         start = next((each for each in (base, *finer) if each.error + own_error <= accuracy), None)
         if start is None or base.cost is None:
             continue
-        by_knob: dict[str, Trial] = {}
+        by_name: dict[str, SweepSetting] = {}
         for trial in trials[1:]:
             if not trial.is_same_problem or trial.cost is None or trial.error > base.error + _SHARE * accuracy:
                 continue
-            (knob,) = trial.settings
-            if trial.cost.cpu < min(_WORTH * base.cost.cpu, getattr(by_knob.get(knob), "cost", base.cost).cpu):
-                by_knob[knob] = trial
+            (name,) = trial.settings
+            if trial.cost.cpu < min(_WORTH * base.cost.cpu, getattr(by_name.get(name), "cost", base.cost).cpu):
+                by_name[name] = trial
         settings = dict(start.settings)
-        for trial in by_knob.values():
+        for trial in by_name.values():
             settings |= trial.settings
         if len(settings) > 1 and settings not in found:
             found.append(settings)

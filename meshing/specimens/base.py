@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -165,7 +165,7 @@ class Specimen(ABC):
         """A MeshError that names the key, if these sizes give no crack band."""
 
     @abstractmethod
-    def held(self, *, half: bool = False) -> list[Support]:
+    def held(self, *, half: bool = False) -> Sequence[Support]:
         """Where it is held."""
 
     @abstractmethod
@@ -186,7 +186,7 @@ class Specimen(ABC):
         """Further forces, by name, as multiples of the load: each has a column of its name."""
         return {}
 
-    def pressures(self) -> list[Pressure]:
+    def pressures(self) -> Sequence[Pressure]:
         """Pressures on its faces."""
         return []
 
@@ -203,7 +203,7 @@ class Specimen(ABC):
         return None
 
     @property
-    def paths(self) -> list[Line]:
+    def paths(self) -> Sequence[Line]:
         """The crack path; empty for a crack that no path describes."""
         return []
 
@@ -228,7 +228,7 @@ class Specimen(ABC):
         return math.sqrt(area) if self.thickness is None else area / self.thickness
 
     @property
-    def starts(self) -> list[tuple[Point, Point]]:
+    def starts(self) -> Sequence[tuple[Point, Point]]:
         """Ends of the notches, from each of which one crack may grow, and the directions of the notches there."""
         return []
 
@@ -236,7 +236,7 @@ class Specimen(ABC):
         """Whether there are notches, and no crack path begins or ends in one."""
         return False
 
-    def held_across(self, plane: str) -> list[Support]:
+    def held_across(self, plane: str) -> Sequence[Support]:
         """What holds a 2D specimen along its thickness when it is extruded, in plane "strain" or "stress"."""
         return []
 
@@ -267,7 +267,7 @@ class PlaneSpecimen(Specimen):
 
     @property
     @abstractmethod
-    def paths(self) -> list[Line]:
+    def paths(self) -> Sequence[Line]:
         """The crack path."""
 
     @property
@@ -281,12 +281,12 @@ class PlaneSpecimen(Specimen):
         return self.path_length * self.thickness
 
     @property
-    def tips(self) -> list[Point]:
+    def tips(self) -> Sequence[Point]:
         """Centres of the notches' ends."""
         return []
 
     @property
-    def starts(self) -> list[tuple[Point, Point]]:
+    def starts(self) -> Sequence[tuple[Point, Point]]:
         """The ends of the notches at which a path begins or ends, and the directions of these paths there."""
         found = []
         for line in self.paths:
@@ -347,7 +347,7 @@ class PlaneSpecimen(Specimen):
             return mesh_prism_body(self.outline(), sizes, self.thickness)
         return mesh_body(self.outline(), sizes)
 
-    def held_across(self, plane: str) -> list[Support]:
+    def held_across(self, plane: str) -> Sequence[Support]:
         """Both faces in plane "strain", else one node."""
         return [Support(name, _ACROSS) for name in (("back", "front") if plane == "strain" else ("pin",))]
 
@@ -376,6 +376,6 @@ def polylines(crack: Any) -> list[Line]:
     raise MeshError(f"crack = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists", "crack")
 
 
-def without_repeats(corners: list[Point]) -> list[Point]:
+def without_repeats(corners: Sequence[Point]) -> list[Point]:
     """Corners of a polygon, equal neighbours taken once."""
     return [p for p, before in zip(corners, [corners[-1], *corners[:-1]], strict=True) if p != before]

@@ -29,7 +29,7 @@ def test_a_client_runs_the_trials() -> None:
     ):
         found = trade(block(**SMALL), client.get_executor(), lambda trial: seen.append(trial.label), ["steps", "order"])
     with ThreadPoolExecutor(1) as pool:
-        here = trade(block(**SMALL), pool, knobs=["steps", "order"])
+        here = trade(block(**SMALL), pool, settings=["steps", "order"])
     errors = {trial.label: trial.error for trial in here.trials}
     assert sorted(seen) == sorted(trial.label for trial in found.trials)
     for trial in found.trials:
@@ -47,7 +47,7 @@ def test_the_command_starts_a_cluster_of_its_own(tmp_path: Path, capsys: pytest.
         "mesh.far_size=25.0",
         "--set",
         "stage.0.steps=4",
-        "--knobs",
+        "--settings",
         "condensation",
     ]
     assert main(["trade", "single-crack", "--dask", "local", "-o", str(tmp_path), *words]) == 0
