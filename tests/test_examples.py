@@ -83,6 +83,7 @@ def test_width_matters(tmp_path: Path) -> None:
     assert rows[0].added > 2.0 and rows[-1].added < 0.03
 
 
+@pytest.mark.long
 def test_opening_and_closing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(opening_and_closing, "C_ZN", (9.0, 50.0))
     result = opening_and_closing.main(size=10.0, plot=tmp_path / "cycles.png")
@@ -164,6 +165,7 @@ def test_eccentric_beam(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "eccentric.png")
 
 
+@pytest.mark.long
 def test_many_paths(tmp_path: Path) -> None:
     """Paths stay in the body, lean towards the load, and end at the upper face."""
     found = many_paths.main(size=4.0, places=(-60.0, -20.0), depths=(16.0, 40.0), plot=tmp_path / "paths.png")
@@ -179,6 +181,7 @@ def test_twenty_paths() -> None:
     assert all(each.path is not None and each.path[-1, 1] == pytest.approx(80.0) for each in many_paths.main())
 
 
+@pytest.mark.long
 def test_found_path(tmp_path: Path) -> None:
     found = found_path.main(size=2.0, plot=tmp_path / "found.png")
     assert found.found < 0.98 * found.straight < 0.98 * found.smeared
@@ -190,6 +193,7 @@ def test_found_path(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "found.png")
 
 
+@pytest.mark.long
 def test_accuracy(tmp_path: Path) -> None:
     as_it_is, *rows = accuracy.main(accuracies=(0.05, 0.01), finest=4.0, plot=tmp_path / "accuracy.png")
     assert as_it_is.error > 0.005  # or there would be nothing to promise
@@ -209,6 +213,7 @@ def test_index_names_every_example_with_its_figure() -> None:
         assert f"figures/{name}.png" in text and is_drawn(FOLDER / "figures" / f"{name}.png")
 
 
+@pytest.mark.long
 def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Its tables, not its times."""
     monkeypatch.setattr(benchmark, "apart", lambda function, *arguments: function(*arguments))

@@ -16,7 +16,10 @@ SLOW = (
 )  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=["quick maps", pytest.param("all maps", marks=pytest.mark.slow)])
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param("quick maps", marks=pytest.mark.long), pytest.param("all maps", marks=pytest.mark.slow)],
+)
 def ends(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[tuple[str, str, str], extremes.Outcome]:
@@ -70,6 +73,7 @@ def test_another_exception_is_passed_on(tmp_path: Path, monkeypatch: pytest.Monk
         extremes.outcome(next(extremes.cases(tmp_path, thorough=False)))
 
 
+@pytest.mark.long
 def test_mended_contact(tmp_path: Path) -> None:
     numbers = mended_contact.main(size=8.0, plot=tmp_path / "mended.png")
     for width in mended_contact.WIDTHS:

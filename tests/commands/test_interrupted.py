@@ -287,6 +287,7 @@ def is_whole(folder: Path) -> None:
         rows(folder)
 
 
+@pytest.mark.long
 def test_a_signal_ends_a_long_call(tmp_path: Path) -> None:
     """gmsh is at work for minutes, and comes to no signal by itself."""
     process = started(tmp_path, "mesh.crack_size=0.001")

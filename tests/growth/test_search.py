@@ -173,6 +173,7 @@ def test_symmetric_specimens_crack_straight(scene: str) -> None:
     assert found.notes == ["path: straight, the specimen is symmetric about it"]
 
 
+@pytest.mark.long
 def test_a_crack_starts_where_there_is_no_notch() -> None:
     """From the lower face below the load, upwards: within a tenth of an element of upright while it is judged."""
     scene = eccentric_beam(

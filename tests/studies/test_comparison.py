@@ -105,6 +105,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert len((tmp_path / "out" / "smeared" / "history.csv").read_text().splitlines()) == 10
 
 
+@pytest.mark.long
 def test_a_run_that_stops_is_compared_as_far_as_it_came(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A load beyond the peak has no equilibrium in either model."""
     changes = ["mesh.crack_size=12.5", "mesh.far_size=12.5", "stage.0.control=load", "stage.0.to=1600.0", "stage.0.steps=1"]

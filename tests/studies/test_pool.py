@@ -38,6 +38,7 @@ def test_a_client_runs_the_trials() -> None:
     assert {"as it is", "order 2", "steps x 2", "finer x 4"} <= {trial.label for trial in found.trials}
 
 
+@pytest.mark.long
 def test_the_command_starts_a_cluster_of_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
     words = [

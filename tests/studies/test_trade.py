@@ -172,6 +172,7 @@ def test_a_mesh_file_has_no_sizes_to_turn(tmp_path: Path) -> None:
         trade(Scene(OF_A_FILE, tmp_path))
 
 
+@pytest.mark.long
 def test_command_in_processes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The smeared single crack, small: each run in a process of its own."""
     changes = ["model.kind=smeared", "mesh.crack_size=20.0", "mesh.far_size=25.0", "stage.0.steps=4", "stage.0.to=0.03"]
