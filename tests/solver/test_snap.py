@@ -9,7 +9,7 @@ import pytest
 
 import cohesive.solver.leg
 import cohesive.solver.snap
-from cohesive import NotConverged, Scene, run
+from cohesive import NotConverged, Result, Scene, run
 from tests.builders import block
 
 
@@ -92,13 +92,16 @@ def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatc
     assert driven.max() < 0
 
 
-def test_a_crack_without_an_equilibrium_close_by_snaps_to_the_next_one() -> None:
-    """A T-branch sheared open: a narrow plane that is first damaged under compression and shear falls to contact at once."""
-    scene = Scene.load("single-crack").with_(
-        **{"specimen.crack": [[[-30, 0], [30, 0]], [[0, 0], [0, 30]]], "specimen.drive_angle": 45.0}
-    )
-    result = run(scene)
-    h = result.history
+@pytest.fixture(scope="module")
+def branched() -> Result:
+    """A T-branch sheared open."""
+    crack = [[[-30, 0], [30, 0]], [[0, 0], [0, 30]]]
+    return run(Scene.load("single-crack").with_(**{"specimen.crack": crack, "specimen.drive_angle": 45.0}))
+
+
+def test_a_crack_without_an_equilibrium_close_by_snaps_to_the_next_one(branched: Result) -> None:
+    """A narrow plane that is first damaged under compression and shear falls to contact at once."""
+    result, h = branched, branched.history
     assert h["driven"].max() == pytest.approx(0.06, rel=1e-4)
     snaps = [note for note in result.notes if "snaps at driven" in note]
     assert 1 <= len(snaps) <= 3
@@ -107,19 +110,15 @@ def test_a_crack_without_an_equilibrium_close_by_snaps_to_the_next_one() -> None
     released = [float(note.split("sets ")[1].split()[0]) for note in snaps]
     assert all(0 < energy < 1e-2 * h["work"].max() for energy in released)  # a snap sets energy free, a little
     assert h["released"][-1] == pytest.approx(sum(released), rel=1e-2)  # three digits in the notes
-    assert h["residual"].max() <= scene.solver.tol  # and ends in equilibrium
+    assert h["residual"].max() <= result.scene.solver.tol  # and ends in equilibrium
     assert result.energy_error < 1e-3
 
 
-def test_an_event_within_a_snap_ends_the_stage_behind_it() -> None:
-    scene = Scene.load("single-crack").with_(
-        **{"specimen.crack": [[[-30, 0], [30, 0]], [[0, 0], [0, 30]]], "specimen.drive_angle": 45.0}
-    )
-    whole = run(scene)
-    at = int(whole.history["cuts"].argmax())  # no step is cut as often as the one that must snap
-    before, after = whole.history["dissipated"][at - 1 : at + 1]
+def test_an_event_within_a_snap_ends_the_stage_behind_it(branched: Result) -> None:
+    at = int(branched.history["cuts"].argmax())  # no step is cut as often as the one that must snap
+    before, after = branched.history["dissipated"][at - 1 : at + 1]
     assert after - before > 0.1
-    scene = scene.with_(**{"stage.0.until": {"dissipated": 0.5 * float(before + after)}, "stage.0.to": 0.06})
+    scene = branched.scene.with_(**{"stage.0.until": {"dissipated": 0.5 * float(before + after)}, "stage.0.to": 0.06})
     result = run(scene)
     assert len([note for note in result.notes if "snaps" in note]) == 1
     assert "stage 1 ended where dissipated" in result.notes[-1]
