@@ -248,6 +248,7 @@ def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     assert capsys.readouterr().out.count("coarse") == 4  # one as soon as it is done
 
 
+@pytest.mark.long
 def test_sheared_then_pulled(tmp_path: Path) -> None:
     out = shear_and_pull.main(size=5.0, plot=tmp_path / "panel.png")
     assert all(p.balance < 1e-3 for p in out.values())
@@ -258,6 +259,7 @@ def test_sheared_then_pulled(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "panel.png")
 
 
+@pytest.mark.long
 def test_specimens_of_laboratories(tmp_path: Path) -> None:
     """On the supports that the measured slope asks for; the work within 1 %, the panel's peak and work within 3 % of those
     measured, with parameters that are fitted to them."""
@@ -268,6 +270,7 @@ def test_specimens_of_laboratories(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "laboratory.png")
 
 
+@pytest.mark.long
 def test_measured_deflection(tmp_path: Path) -> None:
     found = measured_deflection.main(size=6.0, plot=tmp_path / "olsen.png")
     load_point, yoke = found["driven"], found["deflection"]

@@ -68,6 +68,7 @@ def test_jacobsen_follows_the_law_on_its_own_path(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_push_off_restraint_gives_stress_below_the_fit(tmp_path: Path) -> None:
     numbers = push_off.main(size=30.0, restraints=(0.5e5, 2e5), steps=20, plot=tmp_path / "a.png")
     soft, stiff = (
@@ -107,6 +108,7 @@ def test_push_off_in_3d_is_that_in_2d(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_closure_overshoot_is_the_papers_and_the_line_search_prevents_it(tmp_path: Path) -> None:
     numbers = closure_overshoot.main(plot=tmp_path / "a.png")
     # the three numbers of section 2
@@ -157,6 +159,7 @@ def test_readings_of_the_print_at_a_point(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_readings_of_the_print_in_a_specimen() -> None:
     numbers = as_printed.main(size=8.0, models=(("discrete", "w = h"),), readings=("defaults", "c_lm = 7"))
     peak = {reading: numbers[f"Example 3, discrete, w = h, {reading}: shear"] for reading in ("defaults", "c_lm = 7")}
@@ -167,6 +170,7 @@ def test_readings_of_the_print_in_a_specimen() -> None:
         assert numbers[f"{name}: least"] == pytest.approx(reinhardt.LOWER, rel=2e-3)  # where it turns
 
 
+@pytest.mark.long
 def test_a_run_that_stops_is_a_finding(capsys: pytest.CaptureFixture[str]) -> None:
     """Pulled by a load beyond the strength, 9 kN on the ligament: what came before is kept and the reason printed."""
     scene = Scene.load("jacobsen-mixed-mode").with_(**{"mesh.crack_size": 8.0, "output.frames": 0})

@@ -12,9 +12,9 @@ from tests.random_scenes import difference, outcome, random_scene, table, with_s
 QUICK = [seed for seed in range(62) if seed not in (35, 37)]
 
 
-@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.long) for part in range(1, 6))])
+@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.long) for part in range(1, 12))])
 def test_sixty_small_scenes(part: int) -> None:
-    for seed in QUICK[part::6]:
+    for seed in QUICK[part::12]:
         end = outcome(random_scene(seed, small=True))
         assert end.status != "stopped", (seed, end.reason)
 

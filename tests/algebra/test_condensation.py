@@ -183,7 +183,7 @@ def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
 
 
 @pytest.mark.parametrize("kind", ["dense", "sparse"])
-@pytest.mark.parametrize("held", [False, True], ids=["", "held across the drive"])
+@pytest.mark.parametrize("held", [pytest.param(False, marks=pytest.mark.long), True], ids=["", "held across the drive"])
 @pytest.mark.parametrize("control", ["motion", "measure", "load", "dissipation"])
 def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) -> None:
     """They solve the bordered system as well as its own factorization does, whatever controls it."""

@@ -130,6 +130,7 @@ def test_a_turned_mesh_gives_the_turned_path(monkeypatch: pytest.MonkeyPatch) ->
     np.testing.assert_allclose(_turned_line(found, -TURN), upright, atol=1e-6 * 70.0)
 
 
+@pytest.mark.long
 def test_another_mesh_of_the_turned_outline_moves_the_path_little() -> None:
     """Within a tenth of a segment, as far as the stresses tell a direction; two of the beam's meshes have other nodes."""
     upright, found = (find_path(outlined_beam(degrees)) for degrees in (0.0, TURN))
@@ -153,6 +154,7 @@ def test_mesh_and_segment_move_the_path_little(size: float, segment: float) -> N
     assert abs(one - other).max() < 1.5
 
 
+@pytest.mark.long
 def test_two_notches_attract_each_other() -> None:
     """Both lean inwards alike, to a quarter of a segment: the mesh is not symmetric."""
     found = find_path(outlined_beam(notches=(-20.0, 20.0), stage__0__to=0.06, stage__0__steps=20))
@@ -232,6 +234,7 @@ def test_what_only_the_search_sees_is_refused_too() -> None:
         build(eccentric_beam())
 
 
+@pytest.mark.long
 def test_a_geo_file_grows_the_crack_of_its_corners(tmp_path: Path) -> None:
     """From the command line, to the last digit."""
     beam = outlined_beam(grow__segment=16.0, stage__0__steps=15)

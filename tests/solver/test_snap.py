@@ -28,7 +28,7 @@ def test_a_crack_that_opens_under_dissipation_control_snaps_back() -> None:
         assert load == pytest.approx(200.0 * traction[0, 0], rel=0.05)  # on the mean jump: the bar bends while it snaps back
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_a_bar_that_snaps_back_under_its_platen_is_followed_back(model: str) -> None:
     """The same bar pulled by its platen: at the peak its next equilibrium lies behind it, and dissipation leads there."""
     scene = block(specimen__height=1200.0, specimen__width=20.0, mesh__far_size=40.0, mesh__crack_size=4.0, model__kind=model)
@@ -47,7 +47,7 @@ def test_a_bar_that_snaps_back_under_its_platen_is_followed_back(model: str) -> 
     assert result.energy_error < 0.02
 
 
-@pytest.mark.parametrize("steps", [10, 40])
+@pytest.mark.parametrize("steps", [10, pytest.param(40, marks=pytest.mark.long)])
 def test_a_step_that_jumps_over_a_snap_back_is_not_taken(steps: int) -> None:
     """An inclined band in a tall block has an equilibrium with no load a step further, and Newton's method finds it."""
     scene = Scene.load("single-crack").with_(

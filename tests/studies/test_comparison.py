@@ -145,6 +145,7 @@ def test_a_new_plane_turns_at_will_where_the_principal_stresses_are_alike(monkey
 # -- the examples, small ------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_shear_scaling_makes_meshes_agree(tmp_path: Path) -> None:
     result = sandwich_panel.main(sizes=(100.0, 50.0), plot=tmp_path / "panel.png")
     assert result["spread with scaling"] < 0.02
@@ -153,6 +154,7 @@ def test_shear_scaling_makes_meshes_agree(tmp_path: Path) -> None:
     assert (tmp_path / "panel.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_discrete_and_smeared_close_in(tmp_path: Path) -> None:
     rows = discrete_and_smeared.main((5.0, 1.0, 0.2), (5.0, 2.5), steps=30, plot=tmp_path / "both.png")
     discrete, smeared = ([row.peak for row in rows[model]] for model in ("discrete", "smeared"))

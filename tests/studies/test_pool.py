@@ -20,6 +20,7 @@ def _once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
 
 
+@pytest.mark.long
 def test_a_client_runs_the_trials() -> None:
     distributed = pytest.importorskip("distributed")
     seen: list[str] = []

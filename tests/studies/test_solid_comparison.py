@@ -16,6 +16,7 @@ from tests.builders import coarse_beam
 QUICK = ["--set", "mesh.crack_size=3.0", "--set", "mesh.layers=2", "--set", "stage.0.steps=6"]
 
 
+@pytest.mark.long
 def test_files_of_a_comparison_in_3d(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "notched-beam-3d", "-o", str(tmp_path), *QUICK]) == 0
     assert "discrete     smeared  difference" in capsys.readouterr().out
