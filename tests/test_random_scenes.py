@@ -58,7 +58,7 @@ def test_dissipation_control_leaves_its_onset(seed: int) -> None:
     assert (abs(load[1:] / load[1] - 1.0) < 1e-8).sum() <= 2
 
 
-@pytest.mark.parametrize("seed", [1, 4, 13])
+@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.long), pytest.param(13, marks=pytest.mark.long)])
 def test_a_run_repeats_to_the_last_bit(seed: int) -> None:
     one, other = (run(random_scene(seed, small=True)).history for _ in range(2))
     for name in one:

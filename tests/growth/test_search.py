@@ -120,6 +120,7 @@ class UprightBeam(TurnedBeam):
     angle = 0.0
 
 
+@pytest.mark.long
 def test_a_turned_mesh_gives_the_turned_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """To 1e-6 of its length: all that differs is rounding, which Newton's method keeps within its tolerance."""
     monkeypatch.setitem(SPECIMENS, "turned-beam", TurnedBeam)

@@ -60,7 +60,13 @@ def test_a_step_that_jumps_over_a_snap_back_is_not_taken(steps: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("load_ratio", 0.6), ("opening", 0.01), ("opening", 0.015), ("dissipated", 5.0), ("dissipated", 10.0)],
+    [
+        ("load_ratio", 0.6),
+        pytest.param("opening", 0.01, marks=pytest.mark.long),
+        ("opening", 0.015),
+        pytest.param("dissipated", 5.0, marks=pytest.mark.long),
+        pytest.param("dissipated", 10.0, marks=pytest.mark.long),
+    ],
 )
 def test_an_event_on_the_way_back_ends_the_stage_there(name: str, value: float) -> None:
     """Also where a step stops just short of it."""

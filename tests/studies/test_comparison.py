@@ -126,6 +126,7 @@ def fine_beam(**changes: object) -> tuple[float, float]:
     return h["load"].max(), float(trapezoid(np.r_[0, h["load"]], np.r_[0, h["opening"]]))
 
 
+@pytest.mark.long
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
     monkeypatch.setattr("cohesive.model.band.centre_line", lambda kind, d: ELEMENTS["quad"][1])

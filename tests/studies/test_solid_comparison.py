@@ -29,6 +29,7 @@ def test_files_of_a_comparison_in_3d(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert {"planes", "strain_max"} < set(band.cell_data)
 
 
+@pytest.mark.long
 def test_profiles_are_means_over_the_thickness() -> None:
     both, flat = compare(coarse_beam("notched-beam-3d", "strain")), compare(coarse_beam("notched-beam", "strain"))
     for (title, here), (same, there) in zip(both.profiles(), flat.profiles(), strict=True):

@@ -36,6 +36,7 @@ def secant_finds_the_same(scene: Scene) -> Result:
     return secant
 
 
+@pytest.mark.long
 def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
     seen: list[Trial] = []
