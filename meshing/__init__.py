@@ -30,12 +30,12 @@ _HOME = {
 __all__ = list(_HOME)
 
 if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
-    from .generation.band import mesh_band as mesh_band
-    from .files.bands import read_band_mesh as read_band_mesh
-    from .errors import MeshError as MeshError
-    from .files.reading import read_mesh as read_mesh
     from .cutting.insertion import crack_front_length as crack_front_length
     from .cutting.insertion import insert_cracks as insert_cracks
+    from .errors import MeshError as MeshError
+    from .files.bands import read_band_mesh as read_band_mesh
+    from .files.reading import read_mesh as read_mesh
+    from .generation.band import mesh_band as mesh_band
     from .generation.outline import Outline as Outline
     from .generation.polygon import mesh_body as mesh_body
     from .generation.polygon import mesh_polygon as mesh_polygon

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,13 @@ import numpy as np
 import pytest
 
 from cohesive import Result, Scene, SceneError, run
+from cohesive.algebra.bordered import Border, Stiffness
 from cohesive.arrays import Array, Index
 from cohesive.model.build import build
 from cohesive.model.model import Model
 from cohesive.solver.problem import State
+from cohesive.solver.stages import Stage
+from cohesive.solver.stepper import LoadStepper, solve
 from meshing import MeshError
 from meshing.generation.extrusion import with_mid_nodes
 
@@ -47,6 +51,27 @@ def plate(**changes: Any) -> Scene:
     return Scene.load("jacobsen-mixed-mode").with_(
         **{"mesh.crack_size": 8.0, "mesh.far_size": 25.0, "output.frames": 0} | changes
     )
+
+
+class Interfered:
+    """The stiffness of a body; `before` is called with each system that is to be solved, and may raise."""
+
+    def __init__(self, stiffness: Stiffness, before: Callable[[Border], None]) -> None:
+        self._stiffness, self._before = stiffness, before
+
+    def solve(self, border: Border, *given: Any) -> Array:
+        self._before(border)
+        return self._stiffness.solve(border, *given)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stiffness, name)
+
+
+def interfered_march(scene: Scene, before: Callable[[Border], None], stages: list[Stage] | None = None) -> LoadStepper:
+    """The march of a scene whose every linear system is seen, or spoiled, before it is solved."""
+    model = build(scene)
+    problem = replace(model.problem, stiffness=Interfered(model.problem.stiffness, before))
+    return solve(problem, stages or scene.stages, model.record)
 
 
 def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State], Model]:

@@ -260,6 +260,7 @@ def is_private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__") and name != "_"
 
 
+@cache
 def defined(path: Path) -> set[str]:
     """Private names that a file makes: functions, classes, variables, attributes of self, fields."""
     found = set()

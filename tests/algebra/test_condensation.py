@@ -183,7 +183,7 @@ def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
 
 
 @pytest.mark.parametrize("kind", ["dense", "sparse"])
-@pytest.mark.parametrize("held", [False, True], ids=["", "held across the drive"])
+@pytest.mark.parametrize("held", [pytest.param(False, marks=pytest.mark.long), True], ids=["", "held across the drive"])
 @pytest.mark.parametrize("control", ["motion", "measure", "load", "dissipation"])
 def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) -> None:
     """They solve the bordered system as well as its own factorization does, whatever controls it."""
@@ -241,6 +241,7 @@ def test_a_factorization_near_a_limit_point_serves_no_other_step(kind: str) -> N
     assert np.linalg.norm(K @ found + away * found - right) < 1e-6 * np.linalg.norm(right)
 
 
+@pytest.mark.long
 def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both kinds of stiffness, with one iteration of GMRES worth its while and with none."""
     exact = beam.with_(**{"solver.tol": 1e-11})

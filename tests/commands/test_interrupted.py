@@ -229,7 +229,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-@pytest.mark.parametrize("name", ["run", "compare"])
+@pytest.mark.parametrize("name", ["run", pytest.param("compare", marks=pytest.mark.long)])
 def test_a_process_keeps_the_history(number: signal.Signals, name: str, tmp_path: Path) -> None:
     """The same from outside, where nothing is in the way of the signal."""
     command = [sys.executable, "-m", "cohesive", name, "notched-beam", "-o", str(tmp_path), "--set", "stage.0.steps=20000"]
@@ -288,6 +288,7 @@ def is_whole(folder: Path) -> None:
         rows(folder)
 
 
+@pytest.mark.long
 def test_a_signal_ends_a_long_call(tmp_path: Path) -> None:
     """gmsh is at work for minutes, and comes to no signal by itself."""
     process = started(tmp_path, "mesh.crack_size=0.001")

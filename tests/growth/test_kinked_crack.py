@@ -62,6 +62,7 @@ def _direction_of_rays(slant: float, size: float) -> float:
     return -math.degrees(probe.strongest(reading, LARGEST_TURN)[0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "slant", [15.0, pytest.param(30.0, marks=pytest.mark.slow), 45.0, pytest.param(60.0, marks=pytest.mark.slow)]
 )

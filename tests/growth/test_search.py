@@ -120,6 +120,7 @@ class UprightBeam(TurnedBeam):
     angle = 0.0
 
 
+@pytest.mark.long
 def test_a_turned_mesh_gives_the_turned_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """To 1e-6 of its length: all that differs is rounding, which Newton's method keeps within its tolerance."""
     monkeypatch.setitem(SPECIMENS, "turned-beam", TurnedBeam)
@@ -130,6 +131,7 @@ def test_a_turned_mesh_gives_the_turned_path(monkeypatch: pytest.MonkeyPatch) ->
     np.testing.assert_allclose(_turned_line(found, -TURN), upright, atol=1e-6 * 70.0)
 
 
+@pytest.mark.long
 def test_another_mesh_of_the_turned_outline_moves_the_path_little() -> None:
     """Within a tenth of a segment, as far as the stresses tell a direction; two of the beam's meshes have other nodes."""
     upright, found = (find_path(outlined_beam(degrees)) for degrees in (0.0, TURN))
@@ -153,6 +155,7 @@ def test_mesh_and_segment_move_the_path_little(size: float, segment: float) -> N
     assert abs(one - other).max() < 1.5
 
 
+@pytest.mark.long
 def test_two_notches_attract_each_other() -> None:
     """Both lean inwards alike, to a quarter of a segment: the mesh is not symmetric."""
     found = find_path(outlined_beam(notches=(-20.0, 20.0), stage__0__to=0.06, stage__0__steps=20))
@@ -173,6 +176,7 @@ def test_symmetric_specimens_crack_straight(scene: str) -> None:
     assert found.notes == ["path: straight, the specimen is symmetric about it"]
 
 
+@pytest.mark.long
 def test_a_crack_starts_where_there_is_no_notch() -> None:
     """From the lower face below the load, upwards: within a tenth of an element of upright while it is judged."""
     scene = eccentric_beam(
@@ -196,9 +200,12 @@ def test_no_sliding_leads_the_same_way() -> None:
     np.testing.assert_allclose(*(np.interp(heights, line[:, 1], line[:, 0]) for line in (stress, symmetry)), atol=4.0)
 
 
-def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Search, "slide", lambda *_: math.nan)
-    found = find_path(eccentric_beam(grow__criterion="symmetry", grow__segment=24.0))
+def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named() -> None:
+    class Blind(Search):
+        def slide(self, *_: Any) -> float:
+            return math.nan
+
+    found = Blind(eccentric_beam(grow__criterion="symmetry", grow__segment=24.0)).find()
     assert any(note.startswith("warning: the path follows the stress at (-50, 20), ") for note in found.notes)
 
 
@@ -231,6 +238,7 @@ def test_what_only_the_search_sees_is_refused_too() -> None:
         build(eccentric_beam())
 
 
+@pytest.mark.long
 def test_a_geo_file_grows_the_crack_of_its_corners(tmp_path: Path) -> None:
     """From the command line, to the last digit."""
     beam = outlined_beam(grow__segment=16.0, stage__0__steps=15)

@@ -102,6 +102,7 @@ def test_the_beam_agrees_with_the_discrete_crack(beam: Scene, changes: dict[str,
     assert band.dissipated_energy == pytest.approx(crack.dissipated_energy, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("shape", "order"), [pytest.param("triangle", 1, marks=pytest.mark.slow), ("quad", 1)])
 def test_everywhere_cracks_near_the_path(beam: Scene, shape: str, order: int) -> None:
     scene = beam.with_(**{"band.where": "everywhere", "mesh.shape": shape, "mesh.order": order, "mesh.crack_size": 4.0})

@@ -179,7 +179,7 @@ def assert_condensed_is_full(condensed: Result, full: Result) -> None:
             np.testing.assert_allclose(one, other, atol=1e-7 * full.scene.material.ft)
 
 
-@pytest.mark.parametrize("name", PLANE)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.long] * ("beam" in name)) for name in PLANE])
 def test_condensed_is_full(name: str) -> None:
     changes, part = PLANE[name]
     kind = {"beam": "notched-beam", "plate": "jacobsen-mixed-mode", "panel": "sandwich-panel"}[name.split()[0].rstrip(",")]

@@ -256,6 +256,7 @@ def test_condensed_or_not_weight_is_the_same() -> None:
     assert_same_history(run(scene), run(scene.with_(**{"solver.condensation": "never"})), 1e-8)
 
 
+@pytest.mark.long
 def test_a_body_that_does_not_bear_its_weight_says_so() -> None:
     with pytest.raises(NotConverged, match="the body does not bear its dead loads"):
         run(coarse_beam("notched-beam", "stress", **{"material.density": 1e6}))

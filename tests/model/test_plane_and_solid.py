@@ -9,7 +9,7 @@ from cohesive import Scene, SceneError, run
 from tests.builders import assert_same_history, coarse_beam
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_held_between_two_faces_a_beam_is_one_in_plane_strain(model: str) -> None:
     flat, solid = (run(coarse_beam(kind, "strain"), model) for kind in ("notched-beam", "notched-beam-3d"))
     assert_same_history(solid, flat, 1e-8)  # measured 1e-11; the solver's tolerance is 1e-11
@@ -26,7 +26,7 @@ def test_held_between_two_faces_a_beam_is_one_in_plane_strain(model: str) -> Non
     assert_same_history(solid, flat, 1e-8)
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_with_free_faces_a_beam_is_close_to_plane_stress(model: str) -> None:
     """Its thickness is twice the ligament, so that its middle is on the way to plane strain: measured 0.9 %."""
     flat, solid = (run(coarse_beam(kind, "stress"), model) for kind in ("notched-beam", "notched-beam-3d"))

@@ -44,7 +44,7 @@ def own(folder: Path, **changes: Any) -> Scene:
     return Scene(OWN, folder).with_(**{"specimen.file": "box.inp"} | {k.replace("__", "."): v for k, v in changes.items()})
 
 
-@pytest.mark.parametrize("kind", ["hexahedron", "tetra"])
+@pytest.mark.parametrize("kind", ["hexahedron", pytest.param("tetra", marks=pytest.mark.long)])
 def test_a_solid_mesh_of_ones_own(kind: str, tmp_path: Path) -> None:
     write(tmp_path / "box.inp", box(kind, (2, 1, 2), SIZE))
     result = run(own(tmp_path))
@@ -136,6 +136,7 @@ def test_the_body_must_be_held(tmp_path: Path) -> None:
         run(scene.with_(**{"specimen.supports": loose}))
 
 
+@pytest.mark.long
 def test_a_band_from_a_file_is_that_of_the_specimen(tmp_path: Path) -> None:
     """The row of quadrilaterals of a built-in mesh, written, shuffled and read back."""
     scene = block(mesh__crack_size=4.0, stage__0__steps=5, band__width=2.0)

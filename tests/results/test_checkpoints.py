@@ -58,7 +58,9 @@ def untimed(note: str) -> str:
     return note.partition(" passes in ")[0]
 
 
-@pytest.mark.parametrize("row", [1, EVERY, EVERY + 1, 3 * EVERY - 1])
+@pytest.mark.parametrize(
+    "row", [pytest.param(1, marks=pytest.mark.long), EVERY, pytest.param(EVERY + 1, marks=pytest.mark.long), 3 * EVERY - 1]
+)
 @pytest.mark.parametrize("model", ["discrete", "smeared"])
 def test_a_resumed_run_equals_one_that_was_not_killed(row: int, model: str, tmp_path: Path) -> None:
     scene = block(stage=CYCLES, model__kind=model, solver__tol=1e-6)
@@ -200,6 +202,7 @@ def _assert_resumed(moments: list[float], folder: Path) -> None:
         assert_equal(whole, resume(folder / str(i)))
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="POSIX")
 def test_resumed_after_sigkill(tmp_path: Path) -> None:
     _assert_resumed([0.05, 0.2], tmp_path)

@@ -41,6 +41,7 @@ def test_a_pickle_is_small() -> None:
         assert len(pickle.dumps(run(Scene.load("notched-beam"), model))) < 2e6
 
 
+@pytest.mark.long
 def test_a_comparison_comes_back_whole(comparison: Comparison, tmp_path: Path) -> None:
     copy = again(comparison)
     assert isinstance(copy, Comparison) and copy.table == comparison.table and copy.notes == comparison.notes
@@ -55,6 +56,7 @@ def test_a_scene_comes_back_whole() -> None:
     assert isinstance(copy, Scene) and copy.data == scene.data and copy.stages == scene.stages and copy.folder == scene.folder
 
 
+@pytest.mark.long
 def test_processes_run_scenes(comparison: Comparison) -> None:
     """What a run that stops early has computed comes back with the exception."""
     scene = Scene.load("notched-beam").with_(**SMALL)

@@ -138,7 +138,10 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert err.startswith("cohesive: accuracy banana: expected a percentage") and len(err.splitlines()) == 1
 
 
-@pytest.mark.parametrize(("scale", "Gf"), [(1.0, 0.07), (8.0, 0.07), (1.0, 0.01)])
+@pytest.mark.parametrize(
+    ("scale", "Gf"),
+    [pytest.param(1.0, 0.07, marks=pytest.mark.long), pytest.param(8.0, 0.07, marks=pytest.mark.long), (1.0, 0.01)],
+)
 def test_default_element_sizes_cost_less_than_one_percent(scale: float, Gf: float) -> None:
     """The beam at E Gf / ft^2 of 9, 1.1 and 1.3 times its ligament, against elements of a quarter of the size."""
     data = copy.deepcopy(Scene.load("notched-beam").data)

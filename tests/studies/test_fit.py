@@ -58,6 +58,7 @@ def test_the_truth_is_recovered_from_a_start_off_by_half() -> None:
     assert "ft = " in found.scene
 
 
+@pytest.mark.long
 def test_intervals_of_noisy_data_hold_the_truth_and_files_are_written(tmp_path: Path) -> None:
     two = {key: VARY[key] for key in ("material.ft", "material.Gf")}
     found = fit(beam(**OFF | {"material.E": 30e3}), two, reference=measured(noise=0.02), profile=True)
@@ -73,6 +74,7 @@ def test_intervals_of_noisy_data_hold_the_truth_and_files_are_written(tmp_path: 
     assert {"fit.png", "fit.csv", "scene.toml", "softening-abaqus.inp", "softening-diana.dat", "softening-atena.txt"} <= names
 
 
+@pytest.mark.long
 def test_two_depths_share_numbers_and_have_their_own() -> None:
     deep = {"specimen.depth": 80.0, "specimen.notch": 24.0, "specimen.length": 265.0, "specimen.span": 240.0}
     data = [measured(), measured(**deep, **{"material.E": 33e3})]
@@ -129,6 +131,7 @@ def test_a_curve_that_stops_before_the_peak_gives_wide_intervals() -> None:
     assert high / low > 2.0
 
 
+@pytest.mark.long
 def test_noise_of_a_fifth_gives_wide_intervals() -> None:
     found = fit(beam(**OFF), VARY, reference=measured(noise=0.2))
     for key, (low, high) in found.intervals.items():
@@ -153,6 +156,7 @@ def test_bounds_that_exclude_the_data_are_named() -> None:
     assert high < 1.001e3 * found.values["material.ft"]  # a factor of 1000 says all
 
 
+@pytest.mark.long
 def test_known_scatter_widens_the_intervals_by_what_it_does_to_the_fit() -> None:
     """Thickness and E scale all loads: 1 % of thickness is 1 % of E, ft and Gf at constant E Gf/ft^2."""
     data = measured(noise=0.001)

@@ -15,11 +15,10 @@ from tests.builders import block
 SMALL = {"stage__0__to": 0.02, "solver__tol": 1e-6}
 
 
-@pytest.fixture(autouse=True)
-def _once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+pytestmark = pytest.mark.usefixtures("once")
 
 
+@pytest.mark.long
 def test_a_client_runs_the_trials() -> None:
     distributed = pytest.importorskip("distributed")
     seen: list[str] = []
@@ -38,6 +37,7 @@ def test_a_client_runs_the_trials() -> None:
     assert {"as it is", "order 2", "steps x 2", "finer x 4"} <= {trial.label for trial in found.trials}
 
 
+@pytest.mark.long
 def test_the_command_starts_a_cluster_of_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
     words = [

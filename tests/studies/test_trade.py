@@ -22,7 +22,7 @@ CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
 
 
 @pytest.fixture
-def pool() -> Iterator[Executor]:
+def pool(once: None) -> Iterator[Executor]:
     """Trials share the process: their memory is not their own, the rest is."""
     with ThreadPoolExecutor(1) as executor:
         yield executor
@@ -36,8 +36,8 @@ def secant_finds_the_same(scene: Scene) -> Result:
     return secant
 
 
-def test_errors_fall_with_the_settings(pool: Executor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+@pytest.mark.long
+def test_errors_fall_with_the_settings(pool: Executor, tmp_path: Path) -> None:
     seen: list[SweepSetting] = []
     found = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
     assert {id(trial) for trial in seen} == {id(trial) for trial in found.trials} and found.trials[0].settings == {}
@@ -69,9 +69,8 @@ def test_errors_fall_with_the_settings(pool: Executor, tmp_path: Path, monkeypat
     assert (tmp_path / "trade.png").stat().st_size > 1e4 and "cheapest for 1 %" in (tmp_path / "trade.txt").read_text()
 
 
-@pytest.mark.parametrize("name", ["notched-beam-3d", "single-crack-3d"])
-def test_a_trade_in_3d(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+@pytest.mark.parametrize("name", [pytest.param("notched-beam-3d", marks=pytest.mark.long), "single-crack-3d"])
+def test_a_trade_in_3d(name: str, pool: Executor) -> None:
     sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
     if name == "single-crack-3d":
         sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
@@ -151,8 +150,7 @@ def test_on_another_scene_errors_may_not_cancel() -> None:
     assert [found.promise(trial, True) for trial in trials] == pytest.approx([3.0 * e + 0.001 for e in elsewhere])
 
 
-def test_some_knobs_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+def test_some_settings_only(pool: Executor) -> None:
     scene = Scene.load("notched-beam").with_(**CHANGES, **{"stage.0.to": 0.03})
     labels = {trial.label for trial in trade(scene, pool, settings=["half", "tolerance"]).trials}
     singles = {"half", "tolerance 0.01", "tolerance 0.001", "tolerance 1e-06"}
@@ -173,6 +171,7 @@ def test_a_mesh_file_has_no_sizes_to_turn(tmp_path: Path) -> None:
         trade(Scene(OF_A_FILE, tmp_path))
 
 
+@pytest.mark.long
 def test_command_in_processes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The smeared single crack, small: each run in a process of its own."""
     changes = ["model.kind=smeared", "mesh.crack_size=20.0", "mesh.far_size=25.0", "stage.0.steps=4", "stage.0.to=0.03"]
