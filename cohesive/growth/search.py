@@ -10,11 +10,11 @@ from itertools import count
 
 import numpy as np
 
-from meshing.paths import Line, Point, as_text
+from meshing.paths import Line, Point, as_text, distance_to
 
 from ..errors import SceneError
 from ..scenes.scene import Scene
-from .body import Body, distance_to
+from .body import Body
 from .crack import Crack, other_lines, trial_lines
 from .found import FoundPath, Vertex
 from .trial import Trial, run_trial

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import meshio
 import numpy as np
+from scipy.constants import g
 
 from meshing.cells import CELLS
 from meshing.cutting.stars import Star
@@ -17,9 +18,6 @@ from ..elements.bulk import ElasticBlock
 from ..elements.registry import facet_of
 from ..errors import SceneError
 from .mesh import CrackedMesh
-
-#: standard acceleration of gravity, m/s^2 (CGPM 1901)
-GRAVITY = 9.80665
 
 #: kg/m^3 times m/s^2 in N/mm^3
 _PER_VOLUME = 1e-9
@@ -47,7 +45,7 @@ def dead_loads(
     force = np.zeros(mesh.points.shape)
     for block, density in blocks:
         if density.any():
-            force += block.body_force(_PER_VOLUME * GRAVITY * density[:, None] * np.asarray(down))
+            force += block.body_force(_PER_VOLUME * g * density[:, None] * np.asarray(down))
     for pressure in specimen.pressures():
         force += thickness * _pressed(mesh, pressure)
     return force.ravel() if force.any() else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import astuple
 from functools import partial
 from pathlib import Path
@@ -13,7 +14,7 @@ from matplotlib.axes import Axes
 
 from ..growth.found import VERTEX_COLUMNS, FoundPath
 from .figures import new_figure, save, set_title
-from .files import remove, write_file, write_text
+from .files import remove, write_file, write_table
 
 if TYPE_CHECKING:
     from .run_data import RunData
@@ -24,21 +25,18 @@ def write_found(data: RunData, folder: Path) -> None:
     if data.found is None:
         remove(folder, ("path.csv", "path.png"))
         return
-    text = _csv(data.found)
-    write_file(folder / "path.csv", lambda path: write_text(path, text))
+    write_table(folder / "path.csv", VERTEX_COLUMNS, _rows(data.found))
     write_file(folder / "path.png", partial(save_path, data.found, data.scene.title))
 
 
-def _csv(found: FoundPath) -> str:
+def _rows(found: FoundPath) -> Iterator[list[str]]:
     """Every point of the paths, the last one of each without a direction."""
-    lines = [",".join(VERTEX_COLUMNS)]
     for number, line in enumerate(found.lines, start=1):
         rows = [astuple(v) for v in found.vertices if v.crack == number] or [(number, *p) for p in line[:-1]]
         for row in [*rows, (number, *line[-1])]:
             values = [int(value) if isinstance(value, bool) else value for value in row]
             cells = ["" if math.isnan(value) else f"{value:.9g}" for value in values]
-            lines.append(",".join(cells + [""] * (len(VERTEX_COLUMNS) - len(cells))))
-    return "\n".join(lines) + "\n"
+            yield cells + [""] * (len(VERTEX_COLUMNS) - len(cells))
 
 
 def save_path(found: FoundPath, title: str, path: Path) -> None:

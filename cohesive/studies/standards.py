@@ -24,12 +24,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import g
 
 from ..arrays import Array
 from ..errors import SceneError
-
-#: acceleration of gravity, m/s^2
-GRAVITY = 9.81
 
 #: part of the peak over which the first compliance is taken, and load below which the far tail begins
 _RISING, _TAIL = (0.1, 0.4), 0.15
@@ -95,7 +93,7 @@ class Quantity:
 def rilem_tc_50(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Fracture energy from load over deflection."""
     mass = beam.needs_mass("rilem-tc-50") * beam.span / beam.length + 2.0 * beam.mass_loading
-    work, weight = _area(x, y), mass * GRAVITY * float(x[-1])
+    work, weight = _area(x, y), mass * g * float(x[-1])
     return [
         Quantity("GF", (work + weight) / beam.ligament, "N/mm", "(W0 + m g d0)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over deflection"),
@@ -107,7 +105,7 @@ def rilem_tc_50(beam: Beam, x: Array, y: Array) -> list[Quantity]:
 def jci_s_001(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Fracture energy from load over crack mouth opening."""
     mass = beam.needs_mass("jci-s-001") * beam.span / beam.length + 2.0 * beam.mass_loading
-    work, weight = _area(x, y), 0.75 * mass * GRAVITY * float(x[-1])
+    work, weight = _area(x, y), 0.75 * mass * g * float(x[-1])
     return [
         Quantity("GF", (0.75 * work + weight) / beam.ligament, "N/mm", "(.75 W0 + W1)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over opening"),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 
 import meshio
 import numpy as np
 
 from ..arrays import Array, Index
 from ..cells import CELLS
+from ..paths import segment_lengths
 from .outline import Outline
 from .sizes import MeshSizes, expected_cells
 
@@ -26,7 +26,7 @@ Projection = Callable[[int, Array], Array]
 
 def halvings(outline: Outline, sizes: MeshSizes) -> int:
     """How often a mesh of 2D cells is to be halved: 0 for one that gmsh makes at its sizes, at most 2."""
-    lengths = [math.dist(a, b) for line in outline.crack for a, b in pairwise(line)]
+    lengths = segment_lengths(outline.crack)
     nodes = 1.15 * expected_cells(sizes, outline.area, sum(lengths), 2)  # 2 / 3**0.5: of equilateral triangles
     on_segment = min(lengths, default=math.inf) / sizes.crack_size
     wanted = sum(nodes > times * WHOLE_UP_TO for times in (1, 2))

@@ -6,7 +6,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -20,7 +19,7 @@ from ..generation.outline import Outline
 from ..generation.polygon import mesh_body, mesh_polygon
 from ..generation.sizes import SHAPES, MeshSizes, expected_cells
 from ..keys import check_keys
-from ..paths import Line, Point
+from ..paths import Line, Point, segment_lengths
 from ..paths import path_length as length_of_path
 
 #: name of a point set of the mesh, or a point that is a node
@@ -309,7 +308,7 @@ class PlaneSpecimen(Specimen):
     def expected_nodes(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> tuple[float, float]:
         """About how many nodes a mesh will have, in all and on each face of the crack."""
         outline = self.outline(half)
-        length = sum(math.dist(a, b) for line in outline.crack for a, b in pairwise(line))
+        length = sum(segment_lengths(outline.crack))
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
         cell = CELLS[sizes.shape]

@@ -15,7 +15,7 @@ from ..files.geo import read_outline
 from ..generation.outline import Outline
 from ..generation.sizes import MeshSizes
 from ..keys import key
-from ..paths import Line, Point
+from ..paths import Line, Point, signed_area
 from .base import MAIN_GAUGE, Drive, Gauge, Location, PlaneSpecimen, Support, polylines
 from .registry import register_specimen
 from .user_entries import drives_of, gauges_of, location, support_of, unit_vector
@@ -186,5 +186,4 @@ def _edges(value: Any) -> dict[str, Line]:
 
 def _counter_clockwise(corners: Sequence[Point]) -> Line:
     """Corners the other way round, if they run clockwise."""
-    area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, [*corners[1:], corners[0]], strict=True))
-    return list(corners) if area > 0 else list(corners)[::-1]
+    return list(corners) if signed_area(corners) > 0 else list(corners)[::-1]

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cohesive.growth.body import Body, distance_to
+from cohesive.growth.body import Body
 from cohesive.growth.crack import Crack, trial_lines
 
 SQUARE = Body([[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]], [[(5.0, 0.0), (5.0, 2.0)]])
@@ -55,8 +55,3 @@ def test_a_held_crack_keeps_the_mean_direction_of_its_last_segments() -> None:
     held = crack.held("for a test", 1.0, SQUARE, [])
     assert held.tip == pytest.approx((1.0, 10.0))
     assert (held.held_from, held.end, held.why) == (3, "the face", "for a test")
-
-
-def test_distance_to_a_polyline() -> None:
-    assert distance_to((1.0, 1.0), [[(0.0, 0.0), (2.0, 0.0), (2.0, 5.0)]]) == pytest.approx(1.0)
-    assert distance_to((3.0, 6.0), [[(0.0, 0.0), (2.0, 0.0), (2.0, 5.0)]]) == pytest.approx(math.sqrt(2.0))
