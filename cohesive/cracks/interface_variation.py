@@ -75,7 +75,7 @@ class InterfaceSteps:
     touched: Index
 
     @classmethod
-    def between(cls, law: InterfaceLaw, states: Sequence[InterfaceState]) -> InterfaceSteps:
+    def from_states(cls, law: InterfaceLaw, states: Sequence[InterfaceState]) -> InterfaceSteps:
         """The steps from each of n + 1 states to the next."""
         start, now = (_stacked(part) for part in (states[:-1], states[1:]))
         _, tangent = law.update(now.deformation, start)

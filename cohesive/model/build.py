@@ -30,12 +30,12 @@ from .checks import check_stages, loadings_of
 from .cracks import CrackPart
 from .dead_loads import dead_loads
 from .gauges import measures
-from .held import check_held
 from .interface import interface_part
 from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 from .path_size import path_size_note
+from .supports import check_supports
 
 
 def build(scene: Scene, tangent: str = "consistent", on_phase: Callable[[str], None] | None = None) -> Model:
@@ -62,7 +62,7 @@ def build(scene: Scene, tangent: str = "consistent", on_phase: Callable[[str], N
         cracks = _cracks(scene, mesh, cracking)
         held = boundary(scene.specimen, mesh, scene.model.plane, scene.model.half)
         bulk, rows = _unknowns(scene, mesh, (elastic, cracking), cracks, held)
-        _check_held(scene, mesh, held)
+        _check_supports(scene, mesh, held)
     with _timed(timings, "condense", on_phase):
         condensation = _condensed(bulk, scene.solver.condensation)
         problem = _problem(scene, mesh, cracks, bulk, condensation, held, rows)
@@ -89,7 +89,7 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
     timings = dict.fromkeys(("mesh", "assemble", "condense"), 0.0)
     factor = scene.material.E / own.material.E
     with _timed(timings, "assemble"), _keys_named():
-        _check_held(scene, model.mesh, boundary(scene.specimen, model.mesh, scene.model.plane, scene.model.half))
+        _check_supports(scene, model.mesh, boundary(scene.specimen, model.mesh, scene.model.plane, scene.model.half))
         elastic, cracking = _elements(scene, model.mesh)
         cracks = _cracks(scene, model.mesh, cracking)
         area = _area(scene, model.mesh, cracks)
@@ -117,9 +117,9 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
     return _checked(scene, changed, tangent)
 
 
-def _check_held(scene: Scene, mesh: CrackedMesh, held: Boundary) -> None:
+def _check_supports(scene: Scene, mesh: CrackedMesh, held: Boundary) -> None:
     """Refuse a body that is not held in one of the stages."""
-    check_held(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
+    check_supports(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
 
 
 def _checked(scene: Scene, model: Model, tangent: str) -> Model:
@@ -221,11 +221,11 @@ def _unknowns(
     held: Boundary,
 ) -> tuple[Bulk, dict[str, Array]]:
     """The bulk to be condensed, and the measures on all unknowns."""
-    leader = mesh.leader
+    representative = mesh.representative
     dead = _dead_loads(scene, mesh, elements)
     try:
         factors = int(dead is not None)
-        unknowns = Unknowns.from_constraints(leader, held.supports, held.motions, held.mirror, factors)
+        unknowns = Unknowns.from_constraints(representative, held.supports, held.motions, held.mirror, factors)
     except ValueError as error:
         raise SceneError(f"specimen.{error}", "specimen") from None
     K = bulk_stiffness(elements[0], mesh.points.size)
@@ -243,7 +243,7 @@ def _unknowns(
     for row in rows.values():
         seen |= abs(row) > 1e-12
     points = np.asarray(mesh.points, dtype=float)
-    return Bulk(points, elements[0], elements[1], leader, unknowns, operator, np.flatnonzero(seen), K, dead), rows
+    return Bulk(points, elements[0], elements[1], representative, unknowns, operator, np.flatnonzero(seen), K, dead), rows
 
 
 def _without_cancelled(operator: sp.csr_array) -> sp.csr_array:

@@ -61,16 +61,16 @@ def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
     inside = np.zeros(len(mesh.points), dtype=bool)
     inside[mesh.sets[pressure.at]] = True
     force = np.zeros(mesh.points.shape)
-    found = False
+    has_faces = False
     for cells in _alike([*mesh.bulk, *mesh.band]):
         star = Star.from_cells([(cell.type, np.asarray(cell.data)) for cell in cells])
         at = (np.bincount(star.facet)[star.facet] == 1) & inside[star.nodes].all(axis=1)
-        found |= bool(at.any())
+        has_faces |= bool(at.any())
         nodes, k = star.nodes[at], star.corners
         outward = _outward(mesh.points, nodes[:, :k])
         shares = facet_of(cells[0].type).shares
         np.add.at(force, nodes, -pressure.value * shares[None, :, None] * outward[:, None, :])
-    if not found:
+    if not has_faces:
         raise SceneError(
             f"specimen.pressures.at = {pressure.at!r}: no face of the body has all of its nodes in this set; expected the "
             "nodes of some faces",

@@ -68,9 +68,9 @@ def draw_path(axes: Axes, found: FoundPath) -> None:
             label = None
     for i, line in enumerate(found.lines):
         axes.plot(*np.asarray(line).T, color="C3", linewidth=1.6, label="found path" if i == 0 else None)
-    held = np.array([(v.x, v.y) for v in found.vertices if v.held]).reshape(-1, 2)
-    clear = np.array([(v.x, v.y) for v in found.vertices if not v.held]).reshape(-1, 2)
+    fixed = np.array([(v.x, v.y) for v in found.vertices if v.fixed_direction]).reshape(-1, 2)
+    clear = np.array([(v.x, v.y) for v in found.vertices if not v.fixed_direction]).reshape(-1, 2)
     if len(clear):
         axes.plot(*clear.T, "o", color="C3", markersize=2.5, label="direction from the stress ahead")
-    if len(held):
-        axes.plot(*held.T, "o", markerfacecolor="white", color="C3", markersize=2.5, label="direction held")
+    if len(fixed):
+        axes.plot(*fixed.T, "o", markerfacecolor="white", color="C3", markersize=2.5, label="fixed direction")

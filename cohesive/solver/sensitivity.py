@@ -83,7 +83,7 @@ class Sensitivity:
     @cached_property
     def points(self) -> InterfaceSteps:
         """The crack points in all steps."""
-        return InterfaceSteps.between(self.problem.point_law, [s.cracks for s in self.states])  # type: ignore[arg-type]
+        return InterfaceSteps.from_states(self.problem.point_law, [s.cracks for s in self.states])  # type: ignore[arg-type]
 
     def rates(self, energies: bool = True) -> list[list[State]]:
         """The derivatives of the states of the steps, n states of derivatives for each parameter.

@@ -41,7 +41,7 @@ def bulk_cells(mesh: meshio.Mesh) -> Blocks:
 
 
 def touching(cells: Sequence[tuple[str, Index]], nodes: Mask, least: int = 1) -> tuple[Blocks, list[Index]]:
-    """The cells with at least so many of some nodes, in their blocks, and which ones of each block they are."""
+    """The cells with at least `least` of some nodes, in their blocks, and which ones of each block they are."""
     chosen = []
     for _, block in cells:
         inside = nodes[block]

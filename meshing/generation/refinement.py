@@ -17,7 +17,7 @@ from .sizes import MeshSizes, expected_cells
 #: a mesh with more nodes is made with twice the element size and halved once, with more than twice as many halved twice
 WHOLE_UP_TO = 20_000
 
-#: each segment of the crack path has at least so many elements before they are halved
+#: least number of elements on each segment of the crack path before they are halved
 _LEAST_ON_SEGMENT = 2
 
 #: where a point of a curve belongs: (curve, (n, 2) points beside it) -> (n, 2)

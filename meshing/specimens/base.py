@@ -1,4 +1,4 @@
-"""What every specimen says of itself: geometry and meshes, where it is held, driven and measured, its symmetry."""
+"""What every specimen states: geometry and meshes, supports, drives, gauges, symmetry. It solves nothing."""
 
 from __future__ import annotations
 
@@ -287,13 +287,13 @@ class PlaneSpecimen(Specimen):
     @property
     def starts(self) -> list[tuple[Point, Point]]:
         """The ends of the notches at which a path begins or ends, and the directions of these paths there."""
-        found = []
+        ends = []
         for line in self.paths:
             for (x, y), (x1, y1) in ((line[0], line[1]), (line[-1], line[-2])):
                 length = math.dist((x, y), (x1, y1))
                 if any(math.dist((x, y), tip) < 1e-6 for tip in self.tips):
-                    found.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
-        return found
+                    ends.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
+        return ends
 
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""

@@ -107,13 +107,13 @@ class OwnOutline(PlaneSpecimen):
     @property
     def starts(self) -> list[tuple[Point, Point]]:
         """The ends of the notches in the body, and the directions of the notches there."""
-        shape, found = self._outline(), []
+        shape, ends = self._outline(), []
         for line in self.notches:
             for (x0, y0), (x, y) in ((line[1], line[0]), (line[-2], line[-1])):
                 if not shape.has_on_face((x, y)):
                     length = math.dist((x0, y0), (x, y))
-                    found.append(((x, y), ((x - x0) / length, (y - y0) / length)))
-        return found
+                    ends.append(((x, y), ((x - x0) / length, (y - y0) / length)))
+        return ends
 
     def outline(self, half: bool = False) -> Outline:
         """The geometry."""

@@ -52,14 +52,14 @@ def drives_of(one: Any, several: Any) -> dict[str, Drive]:
         return {"drive": _drive("drive", one, set())}
     if not isinstance(several, list) or not several:
         raise MeshError(f"drives = {several!r}: expected a list of {{name = ..., at = ..., direction = [x, y]}}", "drives")
-    found: dict[str, Drive] = {}
+    drives: dict[str, Drive] = {}
     for entry in several:
         drive = _drive("drives", entry, {"name"})
         name = entry["name"]
-        if not _is_name(name) or name in found:
+        if not _is_name(name) or name in drives:
             raise MeshError(f"drives.name = {name!r}: expected {_NAME}, that no other drive has", "drives.name")
-        found[name] = drive
-    return found
+        drives[name] = drive
+    return drives
 
 
 def gauges_of(given: Any) -> dict[str, Gauge]:
@@ -68,7 +68,7 @@ def gauges_of(given: Any) -> dict[str, Gauge]:
         return {}
     if not isinstance(given, Mapping) or not given:
         raise MeshError(f"gauges = {given!r}: expected {{name = {{plus = ..., minus = ..., direction = [x, y]}}}}", "gauges")
-    found: dict[str, Gauge] = {}
+    gauges: dict[str, Gauge] = {}
     for name, entry in given.items():
         if not _is_name(name) or name == MAIN_GAUGE:
             raise MeshError(f"gauges: a gauge is called {name!r}; expected {_NAME}, and not '{MAIN_GAUGE}'", "gauges")
@@ -76,8 +76,8 @@ def gauges_of(given: Any) -> dict[str, Gauge]:
         _check_entry(key, entry, {"plus", "minus"}, {"direction"}, "{plus = ..., minus = ...}")
         plus, minus = (location(f"{key}.{side}", entry[side]) for side in ("plus", "minus"))
         direction = unit_vector(f"{key}.direction", entry["direction"]) if "direction" in entry else None
-        found[name] = Gauge(plus, minus, direction)
-    return found
+        gauges[name] = Gauge(plus, minus, direction)
+    return gauges
 
 
 def regions_of(given: Any) -> dict[str, Region]:

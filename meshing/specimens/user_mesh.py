@@ -106,10 +106,10 @@ class UserMesh(Specimen):
                 object.__setattr__(self, name, location(name, getattr(self, name)))
 
     def located(self, find: Callable[[str], Path]) -> UserMesh:
-        """The same specimen, its file found."""
-        found = copy.copy(self)
-        object.__setattr__(found, "file", str(find(self.file)))
-        return found
+        """The same specimen, its file specimen."""
+        specimen = copy.copy(self)
+        object.__setattr__(specimen, "file", str(find(self.file)))
+        return specimen
 
     @property
     def paths(self) -> list[Line]:
