@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from meshing.cells import CELLS
 from meshing.cutting.pieces import pieces
+from meshing.cutting.stars import owners
 from meshing.paths import as_text
 
 from ..algebra.unknowns import Constraint
@@ -97,7 +98,7 @@ class _Pieces:
         blocks = [(block.type, block.data.astype(np.int64)) for block in (*mesh.bulk, *mesh.band)]
         label, points = pieces(blocks), np.asarray(mesh.points, dtype=float)
         nodes = np.concatenate([block.ravel() for _, block in blocks])
-        owner = np.repeat(label, np.concatenate([np.full(len(block), block.shape[1]) for _, block in blocks]))
+        owner = label[owners(blocks, [block.shape[1] for _, block in blocks])]
         count = int(label.max()) + 1
         pairs = sp.coo_array((np.ones(len(nodes), dtype=bool), (owner, nodes)), shape=(count, len(points))).tocsr()
         owner, nodes = np.repeat(np.arange(count), np.diff(pairs.indptr)), pairs.indices.astype(np.int64)

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from ..arrays import Array, Index, Mask
 from ..cells import CELLS
 from ..cutting.pieces import pieces
-from ..cutting.stars import Blocks, Star, numbered
+from ..cutting.stars import Blocks, Star, distinct, numbered
 from ..errors import MeshError
 from ..paths import as_text
 
@@ -118,7 +118,7 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
     corners = star.nodes[:, : star.corners]
     what = "an edge" if star.corners == 2 else "a face"
     directed = numbered(corners, directed=True)
-    twice = np.flatnonzero((np.bincount(directed)[directed] > 1) & (_distinct(corners) >= min(star.corners, 3)))
+    twice = np.flatnonzero((np.bincount(directed)[directed] > 1) & (distinct(corners) >= min(star.corners, 3)))
     if len(twice):
         one, other = star.cell[np.flatnonzero(directed == directed[twice[0]])[:2]].tolist()
         raise MeshError(
@@ -139,12 +139,6 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
             f"{len(torn)} in all; expected shared nodes",
             "file",
         )
-
-
-def _distinct(rows: Index) -> Index:
-    """How many different numbers each row has."""
-    ordered = np.sort(rows, axis=1)
-    return np.asarray(1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1))
 
 
 def _check_overlaps(file: str, named: _Named, star: Star, single: Index) -> None:

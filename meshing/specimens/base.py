@@ -134,7 +134,7 @@ class Specimen(ABC):
     #: dimensions in which it can be modelled; none: a mesh of the user's tells
     dimensions: ClassVar[tuple[int, ...]] = (2,)
     #: shapes of elements, see `MeshSizes`
-    shapes: ClassVar[tuple[str, ...]] = SHAPES
+    shapes: ClassVar[tuple[str, ...]] = tuple(SHAPES)
     #: elements along the crack on the mesh that is chosen by rule
     elements_along: ClassVar[int] = 25
     #: whether [mesh] gives its element sizes
@@ -311,10 +311,8 @@ class PlaneSpecimen(Specimen):
         length = sum(segment_lengths(outline.crack))
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
-        cell = CELLS[sizes.shape]
-        if sizes.order == 2 and dimension == 2:
-            cell = CELLS[cell.second_order]
-        flat = flat * cell.nodes_in_square + along
+        cell = sizes.cell_type(2) if dimension == 2 else CELLS[sizes.shape]
+        flat = flat * cell.density + along
         if dimension == 2:
             return flat, sizes.order * along
         through = sizes.layers_through(self.thickness) + 1
@@ -330,7 +328,7 @@ class PlaneSpecimen(Specimen):
         return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
-        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
+        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
         if dimension == 3:
             return mesh_prism_band(self.outline(), sizes, width, self.thickness)
         return mesh_band(self.outline(), sizes, width)
@@ -341,7 +339,7 @@ class PlaneSpecimen(Specimen):
             check_band_order(sizes)
 
     def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
-        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.generation.polygon.mesh_body`."""
+        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.mesh_body`."""
         if dimension == 3:
             return mesh_prism_body(self.outline(), sizes, self.thickness)
         return mesh_body(self.outline(), sizes)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..errors import MeshError
-from .base import MAIN_GAUGE, Direction, Drive, Gauge, Location, Pressure, Region, Support
+from .base import MAIN_GAUGE, Direction, Drive, Gauge, Location, Pressure, Region, Specimen, Support
 
 #: names of drives and gauges are, or end, names of columns of the history
 _NAME = "a name of letters, digits, - and _"
@@ -144,3 +144,37 @@ def _check_number(name: str, value: Any, holds: Callable[[float], bool], expecte
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e100
     if not is_number or not holds(value):
         raise MeshError(f"{name} = {value!r}: expected {expected}", name)
+
+
+class StatedSetup(Specimen):
+    """A specimen whose supports, drives and gauges are keys of a scene."""
+
+    supports: Any
+    drive: Any
+    drives_: Any
+    gauge_minus: Any
+    gauge_plus: Any
+    gauges_: Any
+
+    def read_setup(self) -> None:
+        """What the keys say in place of what a scene gives; MeshError naming a key."""
+        if not isinstance(self.supports, list) or not self.supports:
+            raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
+        if (self.gauge_minus is None) != (self.gauge_plus is None):
+            raise MeshError("gauge_minus, gauge_plus: expected both or none", "gauge_minus")
+        ends = {name: getattr(self, name) for name in ("gauge_minus", "gauge_plus")}
+        for name, value in {
+            "supports": [support_of(entry) for entry in self.supports],
+            "drives_": drives_of(self.drive, self.drives_),
+            "gauges_": gauges_of(self.gauges_),
+            **{name: None if at is None else location(name, at) for name, at in ends.items()},
+        }.items():
+            object.__setattr__(self, name, value)
+
+    def held(self, *, half: bool = False) -> list[Support]:
+        """As the key `supports` says."""
+        return list(self.supports)
+
+    def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
+        """As the key `drives` or `drive` says."""
+        return dict(self.drives_)
