@@ -31,7 +31,8 @@ from cohesive.algebra.bordered import SparseStiffness
 from cohesive.algebra.threads import begin_with_one
 from cohesive.model.build import build
 from cohesive.solver.stepper import solve
-from meshing import PlaneSpecimen, refinement
+from meshing import PlaneSpecimen
+from meshing.generation import refinement
 from meshing.generation.polygon import mesh_face
 
 #: crack_size, far_size, shape, order, model

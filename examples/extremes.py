@@ -16,7 +16,6 @@ About five minutes on two cores; extremes.csv has a line for each run.
 
 from __future__ import annotations
 
-import csv
 import multiprocessing
 import os
 import re
@@ -37,6 +36,7 @@ from tqdm import tqdm
 
 from cohesive import Concrete, NotConverged, Result, Scene, SceneError, run
 from cohesive.results.figures import new_figure, save
+from cohesive.results.files import write_table
 from examples.command import command
 from meshing import MeshError
 
@@ -344,12 +344,13 @@ def main(thorough: bool = True, plot: Path | None = None) -> dict[str, dict[str,
             print(f"  {case.map}, {case.row}, {case.value}: {end.reason}")
     if plot is not None:
         _draw(todo, found, plot)
-        with open(plot.with_suffix(".csv"), "w", encoding="utf-8", newline="") as file:
-            lines = csv.writer(file, lineterminator="\n")
-            lines.writerow(["map", "model", "value", "outcome", "read", "steps", "iterations", "cuts", "seconds", "reason"])
-            for case, end in zip(todo, found, strict=True):
-                numbers = [end.steps, end.iterations, end.cuts, f"{end.seconds:.2f}"]
-                lines.writerow([case.map, case.row, case.value, end.status, end.text, *numbers, end.reason])
+        names = ["map", "model", "value", "outcome", "read", "steps", "iterations", "cuts", "seconds", "reason"]
+        rows = (
+            [case.map, case.row, case.value, end.status, end.text, end.steps, end.iterations, end.cuts, f"{end.seconds:.2f}",
+             end.reason]
+            for case, end in zip(todo, found, strict=True)
+        )  # fmt: skip
+        write_table(plot.with_suffix(".csv"), names, rows)
     return table
 
 

@@ -54,7 +54,7 @@ class Found:
 
 
 def two_notches(size: float, apart: float = 20.0) -> Scene:
-    """A beam like the built-in one with two notches, as an outline of one's own."""
+    """A beam like the built-in one with two notches, as a user outline."""
     beam = Scene.load("notched-beam")
     specimen = {
         "kind": "outline",

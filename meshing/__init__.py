@@ -1,4 +1,8 @@
-"""Notched specimens with the crack path or surface inserted beforehand, as meshio meshes. Knows no mechanics."""
+"""Notched specimens with the crack path or surface inserted beforehand, as meshio meshes.
+
+A specimen states a test set-up: geometry, supports, drives, gauges, and given numbers such as the stiffness of a spring, a
+pressure or E of a part. Nothing here solves: no stiffness matrix, stress or displacement is computed.
+"""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

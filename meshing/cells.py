@@ -41,8 +41,8 @@ class CellType:
     children : of a cell whose edges are halved, the corners of its parts: by its corners 0, 1, ..., then the middles of its
         edges, then its centre.
     collapsed : of a simplex, its corners as those of a quadrilateral or hexahedron, some of them repeated.
-    nodes_in_square : of a 2D bulk cell, nodes for each square of the element size: from meshes; the least would be 1.15
-        corners of triangles.
+    density : of a bulk cell, nodes for each square or cube of the element size: from meshes; the least would be 1.15 corners
+        of triangles.
     gmsh : element number of gmsh, if the node orders agree.
     """
 
@@ -58,7 +58,7 @@ class CellType:
     second_order: str = ""
     children: tuple[Row, ...] = ()
     collapsed: Row = ()
-    nodes_in_square: float = 0.0
+    density: float = 0.0
     gmsh: int | None = None
 
     @property
@@ -108,7 +108,7 @@ CELLS: dict[str, CellType] = {
         second_order="triangle6",
         children=((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
         collapsed=(0, 1, 2, 2),
-        nodes_in_square=1.25,
+        density=1.25,
         gmsh=2,
     ),
     "triangle6": CellType(
@@ -119,7 +119,7 @@ CELLS: dict[str, CellType] = {
         flip=(0, 2, 1, 5, 4, 3),
         crack_cell="quad8",
         collapsed=(0, 1, 2, 2),
-        nodes_in_square=5.0,
+        density=5.0,
         gmsh=9,
     ),
     #   3 --6-- 2          as a crack cell
@@ -137,7 +137,7 @@ CELLS: dict[str, CellType] = {
         crack_columns=(0, 1, 3, 2),
         second_order="quad8",
         children=((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3)),
-        nodes_in_square=1.5,
+        density=1.5,
         gmsh=3,
     ),
     "quad8": CellType(
@@ -148,7 +148,7 @@ CELLS: dict[str, CellType] = {
         flip=(0, 3, 2, 1, 7, 6, 5, 4),
         crack_cell="quad8",
         crack_columns=(0, 1, 4, 3, 2, 1, 5, 3),
-        nodes_in_square=4.5,
+        density=4.5,
         gmsh=16,
     ),
     # quad8 with a node in the middle; on crack surfaces in files only
@@ -173,6 +173,7 @@ CELLS: dict[str, CellType] = {
         crack_cell="wedge",
         second_order="tetra10",
         collapsed=(0, 1, 2, 2, 3, 3, 3, 3),
+        density=1.4,
         gmsh=4,
     ),
     "tetra10": CellType(  # gmsh has nodes 8 and 9 the other way round
@@ -185,6 +186,7 @@ CELLS: dict[str, CellType] = {
         neighbours=((1, 2, 3),),
         crack_cell="wedge15",
         collapsed=(0, 1, 2, 2, 3, 3, 3, 3),
+        density=10.0,
     ),
     #       7 ------- 6
     #      /|        /|    as a crack cell: 0 1 2 3 the minus side, 4 5 6 7 the plus side

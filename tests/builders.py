@@ -186,12 +186,12 @@ def cubes(kind: str = "hexahedron", n: int = 4) -> meshio.Mesh:
 
 @dataclass
 class Patch:
-    """Points (m, d), cells of one kind, and where they are split: crack cells and the leader of each node."""
+    """Points (m, d), cells of one kind, and where they are split: crack cells and the representative of each node."""
 
     points: Array
     kind: str
     cells: Index
-    leader: Index
+    representative: Index
     crack_kind: str = ""
     crack: Index | None = None
 
@@ -255,9 +255,9 @@ def _split(solid: Patch, z: float) -> Patch:
     crack = np.column_stack([a, twin[a]])
     if mids:
         crack = np.column_stack([crack, np.array(mids), twin[np.array(mids)], a])
-    leader = np.concatenate([solid.leader, on])
+    representative = np.concatenate([solid.representative, on])
     kind = {"hexahedron": "hexahedron", "tetra": "wedge", "tetra10": "wedge15"}[solid.kind]
-    return Patch(np.concatenate([points, points[on]]), solid.kind, cells, leader, kind, crack)
+    return Patch(np.concatenate([points, points[on]]), solid.kind, cells, representative, kind, crack)
 
 
 def rotation(seed: int, d: int = 3) -> Array:

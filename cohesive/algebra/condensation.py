@@ -22,7 +22,7 @@ BLOCK = 64
 #: frontal matrices with fewer numbers are assembled as one
 SMALL = 40_000
 
-#: numbers of a rectangle that are added as fast by slices as one by one, in chunks of so many that they stay in the cache
+#: numbers of a rectangle that are added as fast by slices as one by one, in chunks that stay in the cache
 LONG, CHUNK = 2_500, 16_384
 
 NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"

@@ -15,7 +15,7 @@ from ..law.crack_plane import CrackPlane
 from ..law.softening import SOFTENING
 from ..law.softening_choice import softening_name
 from ..model.interface import default_width
-from ..results.files import make_folder, write_file
+from ..results.files import make_folder, write_file, write_table
 from .common import Commands, assignments
 
 
@@ -47,7 +47,7 @@ def _execute(options: argparse.Namespace) -> int:
     )
     tables = responses.tables(law)
     for name, (header, table) in tables.items():
-        write_file(folder / f"{name}.csv", partial(np.savetxt, X=table, fmt="%.9g", delimiter=",", header=header, comments=""))
+        write_table(folder / f"{name}.csv", header.split(","), ([f"{value:.9g}" for value in row] for row in table))
     write_file(folder / "law.png", partial(responses.save_figure, law))
     curves = [name.strip() for name in options.curves.split(",")] if options.curves else list(SOFTENING)
     if m.softening not in curves:

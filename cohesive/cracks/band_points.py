@@ -124,8 +124,8 @@ class CrackBand:
                     int(local.points[failed[0]]),
                 )
             points, planes = local.points, local.planes
-            stress[points], tangent[points], *found = local.respond(frozen)
-            traction[planes], Z[planes], slope[planes] = (local.on_planes(each) for each in found)
+            stress[points], tangent[points], *rest = local.respond(frozen)
+            traction[planes], Z[planes], slope[planes] = (local.on_planes(each) for each in rest)
             e[planes] = local.on_planes(local.e.reshape(local.shape))
         return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
 

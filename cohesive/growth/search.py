@@ -10,11 +10,11 @@ from itertools import count
 
 import numpy as np
 
-from meshing.paths import Line, Point, as_text
+from meshing.paths import Line, Point, as_text, distance_to
 
 from ..errors import SceneError
 from ..scenes.scene import Scene
-from .body import Body, distance_to
+from .body import Body
 from .crack import Crack, other_lines, trial_lines
 from .found import FoundPath, Vertex
 from .trial import Trial, run_trial
@@ -121,7 +121,9 @@ class Search:
                         turn = self._without_sliding(cracks, i, turn, before)
                     cracks[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, others)
                 else:
-                    cracks[i] = cracks[i].held("the stresses ahead favour no direction", self.segment, self.body, others)
+                    cracks[i] = cracks[i].with_fixed_direction(
+                        "the stresses ahead favour no direction", self.segment, self.body, others
+                    )
         raise SceneError(f"grow.segment = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones",
                          "grow.segment")  # fmt: skip
 
@@ -145,12 +147,12 @@ class Search:
         return math.nan if due is None else due.slide
 
     def _stopped(self, cracks: list[Crack], growing: Sequence[int], trial: Trial) -> list[Crack]:
-        """All cracks held on their way, for no tip is due any more."""
+        """All cracks with fixed directions, for no tip is due any more."""
         if all(len(crack.points) == 1 for crack in cracks):
             why = trial.ended or "the stress ahead stays below the strength"
             raise SceneError(f"specimen.crack = 'grow': no crack starts before the last stage ends, {why}", "specimen.crack")
         for i in growing:
-            cracks[i] = cracks[i].held("the run ends first", self.segment, self.body, other_lines(cracks, i))
+            cracks[i] = cracks[i].with_fixed_direction("the run ends first", self.segment, self.body, other_lines(cracks, i))
         return cracks
 
     def _try(
@@ -194,12 +196,14 @@ class Search:
         return [found[i] for i in range(len(cracks))]
 
     def _regrown(self, crack: Crack, headings: Sequence[float | None], others: list[Line]) -> Crack:
-        """A crack from its start with other headings; one that is None stays as it was, the last ones are held."""
+        """A crack from its start with other headings; one that is None stays as it was, the last keep their directions."""
         new = Crack(crack.points[:1], crack.headings[:1])
         known = [i for i, heading in enumerate(headings) if heading is not None]
         for i in count():
             if i > max(known, default=-1):
-                return new.held(crack.why or "the stresses ahead favour no direction", self.segment, self.body, others)
+                return new.with_fixed_direction(
+                    crack.why or "the stresses ahead favour no direction", self.segment, self.body, others
+                )
             heading = headings[i]
             new = new.grown(crack.headings[i + 1] if heading is None else heading, self.segment, self.body, others)
             if new.end:
@@ -213,10 +217,10 @@ class Search:
             name = f"path {number}" if len(cracks) > 1 else "path"
             text = f"{name}: {len(crack.points) - 1} segments of {self.segment:.3g} mm from {as_text(crack.points[0])}"
             text += f" to {crack.end} at {as_text(np.round(crack.tip, 3))}"
-            if crack.held_from is not None:
-                text += f", straight from {as_text(np.round(crack.points[crack.held_from], 2))} on: {crack.why}"
+            if crack.fixed_from is not None:
+                text += f", straight from {as_text(np.round(crack.points[crack.fixed_from], 2))} on: {crack.why}"
             notes.append(text)
-        due = [v for v in vertices if not v.held and not math.isnan(v.criterion)]
+        due = [v for v in vertices if not v.fixed_direction and not math.isnan(v.criterion)]
         apart = np.array([abs(_difference(v.criterion, v.principal)) for v in due])
         if len(apart):
             notes.append(
@@ -247,8 +251,8 @@ class Search:
 
 
 def _movement(new: Crack, old: Crack) -> float:
-    """By how much a path moves at most where its direction is not held, mm."""
-    judged = new.points[: None if new.held_from is None else new.held_from + 1]
+    """By how much a path moves at most where its direction is not fixed, mm."""
+    judged = new.points[: None if new.fixed_from is None else new.fixed_from + 1]
     return max(distance_to(point, [old.points]) for point in judged)
 
 
@@ -267,9 +271,9 @@ def _vertices(cracks: Sequence[Crack], trial: Trial) -> list[Vertex]:
                 opening, load = due.opening, due.load
             turn, stress = probe.strongest(at_peak, LARGEST_TURN)
             early = probe.heading + turn if probe.is_clear(at_peak, turn, stress) else nan
-            held = crack.held_from is not None and i >= crack.held_from
+            is_fixed = crack.fixed_from is not None and i >= crack.fixed_from
             path, *told = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
-            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, held))
+            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, is_fixed))
     return found
 
 

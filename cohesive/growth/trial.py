@@ -96,7 +96,7 @@ def run_trial(
     scene = scene.along(lines)
     model = build(scene)
     stress = NodalStress.from_blocks(model.bulk)
-    probes = [Probe.ahead_of(stress, tip, heading, radius) for tip, heading in tips]
+    probes = [Probe.from_tip(stress, tip, heading, radius) for tip, heading in tips]
     trial = Trial(lines, probes, [None] * len(tips), [], dict(model.timings), not first_only)
     _march(trial, model, _stages(scene.stages, first_only, before), scene, largest_turn)
     trial.timings["whole"] = time.perf_counter() - clock

@@ -85,7 +85,7 @@ class Concrete:
     n_g: float = key("nose radius of the contact surface, eq. (10)", 0.025, unit="Zm")
     r_z: float = key("smoothing length without damage, eq. (18)", 0.018, unit="Zm")
     c_zn: float = key("the smoothing length grows by Z/c_zn with damage, eq. (18)", 9.0)
-    c_lm: float = key("contact begins so many smoothing lengths before the surface, eq. (19)", 3.0)
+    c_lm: float = key("distance from the surface at which contact begins, in smoothing lengths, eq. (19)", 3.0)
     u_phi0: float = key("opening below which no contact is lost, eq. (13); it shifts the contact surface", 0.0, unit="mm")
     onset_cap: bool = key("keep contact away from a crack that is younger than the smoothing length", True)
     contact: str = key("'printed', or 'potential': contact with an energy, which cycles cannot create", "printed")

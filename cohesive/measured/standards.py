@@ -24,13 +24,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import g
 
 from ..arrays import Array
 from ..errors import SceneError
 from .curve import area_under
-
-#: acceleration of gravity, m/s^2
-GRAVITY = 9.81
 
 #: part of the peak over which the first compliance is taken, and load below which the far tail begins
 _RISING, _TAIL = (0.1, 0.4), 0.15
@@ -96,7 +94,7 @@ class Quantity:
 def rilem_tc_50(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Fracture energy from load over deflection."""
     mass = beam.needs_mass("rilem-tc-50") * beam.span / beam.length + 2.0 * beam.mass_loading
-    work, weight = area_under(np.r_[0.0, y], np.r_[0.0, x]), mass * GRAVITY * float(x[-1])
+    work, weight = area_under(np.r_[0.0, y], np.r_[0.0, x]), mass * g * float(x[-1])
     return [
         Quantity("GF", (work + weight) / beam.ligament, "N/mm", "(W0 + m g d0)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over deflection"),
@@ -108,7 +106,7 @@ def rilem_tc_50(beam: Beam, x: Array, y: Array) -> list[Quantity]:
 def jci_s_001(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Fracture energy from load over crack mouth opening."""
     mass = beam.needs_mass("jci-s-001") * beam.span / beam.length + 2.0 * beam.mass_loading
-    work, weight = area_under(np.r_[0.0, y], np.r_[0.0, x]), 0.75 * mass * GRAVITY * float(x[-1])
+    work, weight = area_under(np.r_[0.0, y], np.r_[0.0, x]), 0.75 * mass * g * float(x[-1])
     return [
         Quantity("GF", (0.75 * work + weight) / beam.ligament, "N/mm", "(.75 W0 + W1)/A_lig"),
         Quantity("W0", work, "N mm", "area under load over opening"),

@@ -47,9 +47,9 @@ class BandPart(CrackPart):
         planes = points.planes
         fracture = planes.length[:, None] * (planes.strain - law.compliance * planes.traction)
         widest = np.lexsort((fracture[:, 0], planes.point))  # the last plane of a point wins
-        found = law.plane.with_width(planes.length).damage(planes.Z) if len(planes.point) else planes.Z
+        plane_damage = law.plane.with_width(planes.length).damage(planes.Z) if len(planes.point) else planes.Z
         values = []
-        for one in (fracture, planes.traction, found):
+        for one in (fracture, planes.traction, plane_damage):
             value = np.zeros((size, *one.shape[1:]))
             value[planes.point[widest]] = one[widest]
             values.append(value)

@@ -19,12 +19,12 @@ from .checks import check_stages, loadings_of
 from .cracks import CrackPart
 from .elements import Elements
 from .equations import assembled, condensed, problem_of, with_law
-from .held import check_held
 from .interface import interface_part
 from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 from .path_size import path_size_note
+from .supports import check_supports
 
 
 def build(
@@ -60,7 +60,7 @@ def build(
         area = cracks.area or mesh.extent * (specimen.thickness or mesh.extent)  # if nothing tells, its order
         held = boundary(specimen, mesh, options.plane, options.half)
         whole = None if kept is not None else assembled(scene, mesh, elements, cracks, held)
-        check_held(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
+        check_supports(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
     with _timed(timings, "condense", on_phase):
         if kept is None:
             assert whole is not None

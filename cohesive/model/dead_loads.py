@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import meshio
 import numpy as np
+from scipy.constants import g
 
 from meshing.cells import CELLS
 from meshing.cutting.stars import Star
@@ -17,9 +18,6 @@ from ..elements.registry import facet_of
 from ..errors import SceneError
 from .elements import Elements
 from .mesh import CrackedMesh
-
-#: standard acceleration of gravity, m/s^2 (CGPM 1901)
-GRAVITY = 9.80665
 
 #: kg/m^3 times m/s^2 in N/mm^3
 _PER_VOLUME = 1e-9
@@ -40,7 +38,7 @@ def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements) -> Arr
     force = np.zeros(mesh.points.shape)
     for block, density in zip([*elements.elastic, *elements.cracking], elements.densities, strict=True):
         if density.any():
-            force += block.body_force(_PER_VOLUME * GRAVITY * density[:, None] * np.asarray(down))
+            force += block.body_force(_PER_VOLUME * g * density[:, None] * np.asarray(down))
     for pressure in specimen.pressures():
         force += elements.thickness * _pressed(mesh, pressure)
     return force.ravel() if force.any() else None
@@ -56,16 +54,16 @@ def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
     inside = np.zeros(len(mesh.points), dtype=bool)
     inside[mesh.sets[pressure.at]] = True
     force = np.zeros(mesh.points.shape)
-    found = False
+    has_faces = False
     for cells in _alike([*mesh.bulk, *mesh.band]):
         star = Star.from_cells([(cell.type, np.asarray(cell.data)) for cell in cells])
         at = (np.bincount(star.facet)[star.facet] == 1) & inside[star.nodes].all(axis=1)
-        found |= bool(at.any())
+        has_faces |= bool(at.any())
         nodes, k = star.nodes[at], star.corners
         outward = _outward(mesh.points, nodes[:, :k])
         shares = facet_of(cells[0].type).shares
         np.add.at(force, nodes, -pressure.value * shares[None, :, None] * outward[:, None, :])
-    if not found:
+    if not has_faces:
         raise SceneError(
             f"specimen.pressures.at = {pressure.at!r}: no face of the body has all of its nodes in this set; expected the "
             "nodes of some faces",

@@ -47,11 +47,11 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
     SceneError
         For supports that contradict each other, and gauges or dead loads that the mesh has no place for.
     """
-    half, leader = scene.model.half, mesh.leader
+    half, representative = scene.model.half, mesh.representative
     dead = dead_loads(scene.specimen, mesh, elements)
     rows = measures(scene.specimen, half, mesh, cracks.faces)
     try:
-        unknowns = Unknowns.from_constraints(leader, held.supports, held.motions, held.mirror, int(dead is not None))
+        unknowns = Unknowns.from_constraints(representative, held.supports, held.motions, held.mirror, int(dead is not None))
     except ValueError as error:
         raise SceneError(f"specimen.{error}", "specimen") from None
     K = bulk_stiffness(elements.elastic, mesh.points.size)
@@ -68,7 +68,7 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
     for row in rows.values():
         seen |= abs(row) > 1e-12
     points = np.asarray(mesh.points, dtype=float)
-    bulk = Bulk(points, elements.elastic, elements.cracking, leader, unknowns, operator, np.flatnonzero(seen), K, dead)
+    bulk = Bulk(points, elements.elastic, elements.cracking, representative, unknowns, operator, np.flatnonzero(seen), K, dead)
     return Assembled(bulk, rows)
 
 

@@ -44,12 +44,12 @@ class Prepared:
 
     @property
     def crack_size(self) -> float | None:
-        """Size of elements along the crack, mm; None with a mesh of one's own."""
+        """Size of elements along the crack, mm; None with a user mesh."""
         return None if self.scene.sizes is None else self.scene.sizes.crack_size
 
     @property
     def far_size(self) -> float | None:
-        """Size of elements far from the crack, mm; None with a mesh of one's own."""
+        """Size of elements far from the crack, mm; None with a user mesh."""
         return None if self.scene.sizes is None else self.scene.sizes.far_size
 
     @property

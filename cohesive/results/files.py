@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from importlib import metadata
-from io import FileIO
+from io import FileIO, StringIO
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -121,12 +122,21 @@ def write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
+def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]], comment: str = "") -> None:
+    """Write a CSV table with a heading, whole; a comment is a line before it."""
+    text = StringIO()
+    if comment:
+        text.write(f"# {comment}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows(rows)
+    write_file(path, lambda temporary: write_text(temporary, text.getvalue()))
+
+
 def write_history(data: RunData, folder: Path) -> None:
     """history.csv, whole."""
     rows = zip(*(values.tolist() for values in data.history.values()), strict=True)
-    lines = [tuple(data.history), *(tuple(map(format_value, row)) for row in rows)]
-    text = "".join(",".join(line) + "\n" for line in lines)
-    write_file(folder / "history.csv", lambda path: write_text(path, text))
+    write_table(folder / "history.csv", data.history, (map(format_value, row) for row in rows))
 
 
 def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:

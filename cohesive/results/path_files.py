@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import astuple
 from functools import partial
 from pathlib import Path
@@ -13,7 +14,7 @@ from matplotlib.axes import Axes
 
 from ..growth.found import VERTEX_COLUMNS, FoundPath
 from .figures import new_figure, save, set_title
-from .files import remove, write_file, write_text
+from .files import remove, write_file, write_table
 
 if TYPE_CHECKING:
     from .run_data import RunData
@@ -24,21 +25,18 @@ def write_found(data: RunData, folder: Path) -> None:
     if data.found is None:
         remove(folder, ("path.csv", "path.png"))
         return
-    text = _csv(data.found)
-    write_file(folder / "path.csv", lambda path: write_text(path, text))
+    write_table(folder / "path.csv", VERTEX_COLUMNS, _rows(data.found))
     write_file(folder / "path.png", partial(save_path, data.found, data.scene.title))
 
 
-def _csv(found: FoundPath) -> str:
+def _rows(found: FoundPath) -> Iterator[list[str]]:
     """Every point of the paths, the last one of each without a direction."""
-    lines = [",".join(VERTEX_COLUMNS)]
     for number, line in enumerate(found.lines, start=1):
         rows = [astuple(v) for v in found.vertices if v.crack == number] or [(number, *p) for p in line[:-1]]
         for row in [*rows, (number, *line[-1])]:
             values = [int(value) if isinstance(value, bool) else value for value in row]
             cells = ["" if math.isnan(value) else f"{value:.9g}" for value in values]
-            lines.append(",".join(cells + [""] * (len(VERTEX_COLUMNS) - len(cells))))
-    return "\n".join(lines) + "\n"
+            yield cells + [""] * (len(VERTEX_COLUMNS) - len(cells))
 
 
 def save_path(found: FoundPath, title: str, path: Path) -> None:
@@ -70,9 +68,9 @@ def draw_path(axes: Axes, found: FoundPath) -> None:
             label = None
     for i, line in enumerate(found.lines):
         axes.plot(*np.asarray(line).T, color="C3", linewidth=1.6, label="found path" if i == 0 else None)
-    held = np.array([(v.x, v.y) for v in found.vertices if v.held]).reshape(-1, 2)
-    clear = np.array([(v.x, v.y) for v in found.vertices if not v.held]).reshape(-1, 2)
+    fixed = np.array([(v.x, v.y) for v in found.vertices if v.fixed_direction]).reshape(-1, 2)
+    clear = np.array([(v.x, v.y) for v in found.vertices if not v.fixed_direction]).reshape(-1, 2)
     if len(clear):
         axes.plot(*clear.T, "o", color="C3", markersize=2.5, label="direction from the stress ahead")
-    if len(held):
-        axes.plot(*held.T, "o", markerfacecolor="white", color="C3", markersize=2.5, label="direction held")
+    if len(fixed):
+        axes.plot(*fixed.T, "o", markerfacecolor="white", color="C3", markersize=2.5, label="fixed direction")

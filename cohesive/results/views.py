@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import meshio
 import numpy as np
 
 from meshing.cells import CELLS
+from meshing.paths import along_paths
 
 from ..arrays import Array, Index, Mask
 from ..errors import SceneError
@@ -184,33 +184,11 @@ def _along(mesh: meshio.Mesh, cracks: Index, result: Result) -> tuple[Array, Ind
     the thickness share one."""
     corners = [row for block in mesh.cells for row in block.data]
     centres = np.array([mesh.points[corners[i], :2].mean(axis=0) for i in cracks])
-    lines = [np.array(line)[:, :2] for line in getattr(result.scene.specimen, "paths", [])]
-    along = _on_lines(centres, lines) if lines else _on_axis(centres)
+    along = along_paths(centres, result.scene.specimen.paths)
     order = np.argsort(along, kind="stable")
     extent = max(float(np.ptp(mesh.points[:, :2], axis=0).max()), 1e-300)
     is_new = np.diff(along[order], prepend=-np.inf) > 1e-6 * extent
     return along[order][is_new], cracks[order], np.cumsum(is_new) - 1
-
-
-def _on_axis(centres: Array) -> Array:
-    """Positions along the direction in which points spread most, from the first on."""
-    middle = centres - centres.mean(axis=0)
-    axis = np.linalg.svd(middle, full_matrices=False)[2][0]
-    along = middle @ axis
-    return np.asarray(along - along.min())
-
-
-def _on_lines(centres: Array, lines: list[Array]) -> Array:
-    """Positions along polylines, one after the other."""
-    best, along, start = np.full(len(centres), np.inf), np.zeros(len(centres)), 0.0
-    for line in lines:
-        for a, b in pairwise(line):
-            length = float(np.hypot(*(b - a)))
-            part = np.clip((centres - a) @ (b - a) / length**2, 0.0, 1.0)
-            away = np.hypot.reduce(centres - a - part[:, None] * (b - a), axis=1)
-            along = np.where(away < best - 1e-12, start + part * length, along)
-            best, start = np.minimum(best, away), start + length
-    return along
 
 
 def _means(values: Array, group: Index, count: int) -> Array:

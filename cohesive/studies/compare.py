@@ -10,7 +10,7 @@ from meshing.errors import MeshError
 
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.build import build
-from ..results.files import make_folder, write_file, write_text
+from ..results.files import make_folder, write_file, write_table
 from ..results.report import warnings
 from ..results.result import Result
 from ..scenes.scene import Scene
@@ -57,11 +57,9 @@ class Comparison(ComparisonData[Result]):
         make_folder(folder)
         for name, result in self.runs.items():
             result.save(folder / name)
-        text = "quantity,unit,discrete,smeared,relative_difference\n" + "".join(
-            f"{name},{UNITS.get(name, 'mm')},{row['discrete']:.9g},{row['smeared']:.9g},{row['relative_difference']:.9g}\n"
-            for name, row in self.table.items()
-        )
-        write_file(folder / "comparison.csv", lambda path: write_text(path, text))
+        names = ("discrete", "smeared", "relative_difference")
+        rows = ([name, UNITS.get(name, "mm"), *(f"{row[each]:.9g}" for each in names)] for name, row in self.table.items())
+        write_table(folder / "comparison.csv", ["quantity", "unit", *names], rows)
         write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..law.softening import SOFTENING
-from ..results.files import make_folder, write_file
+from ..results.files import make_folder, write_table
 from ..scenes.scene import Scene
 from .fit import fit
 from .fit_result import Fit
@@ -72,15 +71,9 @@ class CurveChoice:
         """Write curves.csv, and the files of each fit into a folder of its own."""
         folder = Path(folder)
         make_folder(folder)
-        write_file(folder / "curves.csv", self._write_table)
+        write_table(folder / "curves.csv", self.table[0], (row.values() for row in self.table))
         for name, one in self.fits.items():
             one.save(folder / name.replace(":", "-"))
-
-    def _write_table(self, path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(self.table[0]))
-            writer.writeheader()
-            writer.writerows(self.table)
 
 
 def fit_curves(

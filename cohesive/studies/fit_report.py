@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..results.files import make_folder, write_file, write_scene, write_text
+from ..results.files import make_folder, write_file, write_scene, write_table, write_text
 from ..results.inputs import copy_inputs
 from .export import EXPORTS, exported
 
@@ -68,7 +68,8 @@ def save(fit: Fitted, figure: Figure, folder: str | Path) -> None:
     make_folder(folder)
     write_file(folder / "fit.png", lambda path: save_figure(figure, path, dpi=150))
     write_text(folder / "fit.json", json.dumps(facts(fit), indent=2, default=float) + "\n")
-    write_file(folder / "fit.csv", lambda path: _write_table(fit, path))
+    names = ["scene", "curve", "x_mm", "measured_N", "low_N", "high_N", "computed_N"]
+    write_table(folder / "fit.csv", names, _rows(fit))
     material = fit.scenes[0].material
     for name, (suffix, _) in EXPORTS.items():
         write_text(folder / f"softening-{name}{suffix}", exported(name, material))
@@ -78,12 +79,9 @@ def save(fit: Fitted, figure: Figure, folder: str | Path) -> None:
         write_scene(scene, copy_inputs(scene, home), home)
 
 
-def _write_table(fit: Fitted, path: Path) -> None:
+def _rows(fit: Fitted) -> Iterator[list[object]]:
     """Measured and computed loads, row by row."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["scene", "curve", "x_mm", "measured_N", "low_N", "high_N", "computed_N"])
-        for i, (data, load) in enumerate(zip(fit.problem.data, fit.trial.loads, strict=True), start=1):
-            names = np.repeat([curve.name for curve in data.curves], [len(curve.x) for curve in data.curves])
-            for row in zip(names, data.x, data.middle, data.low, data.high, load, strict=True):
-                writer.writerow([i, row[0], *(f"{value:.8g}" for value in row[1:])])
+    for i, (data, load) in enumerate(zip(fit.problem.data, fit.trial.loads, strict=True), start=1):
+        names = np.repeat([curve.name for curve in data.curves], [len(curve.x) for curve in data.curves])
+        for row in zip(names, data.x, data.middle, data.low, data.high, load, strict=True):
+            yield [i, row[0], *(f"{value:.8g}" for value in row[1:])]

@@ -17,7 +17,7 @@ from meshing.errors import MeshError
 from ..algebra.threads import cores
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.prepared import Prepared, is_kept, prepare
-from ..results.files import make_folder, write_file, write_text
+from ..results.files import make_folder, write_file, write_table, write_text
 from ..results.result import Result
 from ..scenes.reference import load_reference
 from ..scenes.scene import Scene
@@ -127,18 +127,10 @@ class Sweep:
 
     def save(self, folder: str | Path) -> None:
         """Write sweep.csv, sweep.txt and, if a run began, sweep.png; SceneError if the folder cannot be written."""
-        import csv
-        from io import StringIO
-
-        folder = Path(folder)
+        folder, table = Path(folder), self.table
         make_folder(folder)
-        text, table = StringIO(), self.table
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["run", *table])
-        writer.writerows(
-            zip((each.name for each in self.runs), *(map(_exact, column) for column in table.values()), strict=True)
-        )
-        write_file(folder / "sweep.csv", lambda path: write_text(path, text.getvalue()))
+        rows = zip((each.name for each in self.runs), *(map(_exact, column) for column in table.values()), strict=True)
+        write_table(folder / "sweep.csv", ["run", *table], rows)
         write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
         if any(result is not None and result.steps for result in self.results):
             from ..results.figures import save  # with matplotlib

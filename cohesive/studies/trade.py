@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import csv
-import io
 import json
 import math
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext
 from pathlib import Path
@@ -15,7 +14,7 @@ from pathlib import Path
 from meshing.errors import MeshError
 
 from ..errors import NotConverged, SceneError
-from ..results.files import make_folder, write_file, write_text
+from ..results.files import make_folder, write_file, write_table, write_text
 from ..scenes.scene import Scene
 from .curves import Curve, Pair
 from .parameters import Settings, changes, single
@@ -75,24 +74,20 @@ class Trade(SweepSettings):
 
         folder = Path(folder)
         make_folder(folder)
-        write_file(folder / "trade.csv", lambda path: write_text(path, self._csv()))
+        names = ["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "settings"]
+        facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
+        write_table(folder / "trade.csv", names, self._rows(), comment=json.dumps(facts))
         write_file(folder / "trade.txt", lambda path: write_text(path, self.summary() + "\n"))
         write_file(folder / "trade.png", lambda path: save(trade_figure(self), path))
 
-    def _csv(self) -> str:
-        """A comment with the scene and the reference, then one row for each trial."""
-        text = io.StringIO()
-        facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
-        text.write(f"# {json.dumps(facts)}\n")
-        rows = csv.writer(text, lineterminator="\n")
-        rows.writerow(["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "settings"])
+    def _rows(self) -> Iterator[list[object]]:
+        """One row for each trial."""
         for trial in self.trials:
             found: list[object] = [""] * 9
             if trial.cost is not None:
                 found = [f"{e:.6g}" for e in (trial.error, *(trial.errors[name] for name in ERRORS))]
                 found += [f"{trial.cost.cpu:.4g}", f"{trial.cost.wall:.4g}", f"{trial.cost.memory:.4g}", trial.cost.iterations]
-            rows.writerow([trial.label, *found, trial.failure, json.dumps(trial.settings)])
-        return text.getvalue()
+            yield [trial.label, *found, trial.failure, json.dumps(trial.settings)]
 
     @classmethod
     def load(cls, path: str | Path) -> Trade:

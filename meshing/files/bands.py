@@ -38,7 +38,7 @@ def read_band_mesh(
     cells : name of the set of elements that form the band; None: those beside the crack, or all, which may crack anywhere.
     along : (2,) direction of the crack path, of any length. A row runs from end to end so that (end - start) . along > 0;
         without it, or across it, from the end with the smaller x, then y.
-    regions : names of sets of elements that never crack, see `meshing.files.region_numbers`.
+    regions : names of sets of elements that never crack, see `reading.region_numbers`.
     crack : without `cells`, the crack as `read_mesh` takes it; the elements on its plus side that touch it form the band.
 
     Returns

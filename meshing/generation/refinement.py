@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 
 import meshio
 import numpy as np
 
 from ..arrays import Array, Index
 from ..cells import CELLS
+from ..paths import segment_lengths
 from .outline import Outline
 from .sizes import MeshSizes, expected_cells
 
 #: a mesh with more nodes is made with twice the element size and halved once, with more than twice as many halved twice
 WHOLE_UP_TO = 20_000
 
-#: each segment of the crack path has at least so many elements before they are halved
+#: least number of elements on each segment of the crack path before they are halved
 _LEAST_ON_SEGMENT = 2
 
 #: where a point of a curve belongs: (curve, (n, 2) points beside it) -> (n, 2)
@@ -26,7 +26,7 @@ Projection = Callable[[int, Array], Array]
 
 def halvings(outline: Outline, sizes: MeshSizes) -> int:
     """How often a mesh of 2D cells is to be halved: 0 for one that gmsh makes at its sizes, at most 2."""
-    lengths = [math.dist(a, b) for line in outline.crack for a, b in pairwise(line)]
+    lengths = segment_lengths(outline.crack)
     nodes = 1.15 * expected_cells(sizes, outline.area, sum(lengths), 2)  # 2 / 3**0.5: of equilateral triangles
     on_segment = min(lengths, default=math.inf) / sizes.crack_size
     wanted = sum(nodes > times * WHOLE_UP_TO for times in (1, 2))

@@ -1,4 +1,4 @@
-"""What every specimen says of itself: geometry and meshes, where it is held, driven and measured, its symmetry."""
+"""What every specimen states: geometry and meshes, supports, drives, gauges, symmetry. It solves nothing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -20,7 +19,7 @@ from ..generation.outline import Outline
 from ..generation.polygon import mesh_body, mesh_polygon
 from ..generation.sizes import SHAPES, MeshSizes, expected_cells
 from ..keys import check_keys
-from ..paths import Line, Point
+from ..paths import Line, Point, segment_lengths
 from ..paths import path_length as length_of_path
 
 #: name of a point set of the mesh, or a point that is a node
@@ -135,7 +134,7 @@ class Specimen(ABC):
     #: dimensions in which it can be modelled; none: a mesh of the user's tells
     dimensions: ClassVar[tuple[int, ...]] = (2,)
     #: shapes of elements, see `MeshSizes`
-    shapes: ClassVar[tuple[str, ...]] = SHAPES
+    shapes: ClassVar[tuple[str, ...]] = tuple(SHAPES)
     #: elements along the crack on the mesh that is chosen by rule
     elements_along: ClassVar[int] = 25
     #: whether [mesh] gives its element sizes
@@ -288,13 +287,13 @@ class PlaneSpecimen(Specimen):
     @property
     def starts(self) -> Sequence[tuple[Point, Point]]:
         """The ends of the notches at which a path begins or ends, and the directions of these paths there."""
-        found = []
+        ends = []
         for line in self.paths:
             for (x, y), (x1, y1) in ((line[0], line[1]), (line[-1], line[-2])):
                 length = math.dist((x, y), (x1, y1))
                 if any(math.dist((x, y), tip) < 1e-6 for tip in self.tips):
-                    found.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
-        return found
+                    ends.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
+        return ends
 
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""
@@ -309,13 +308,11 @@ class PlaneSpecimen(Specimen):
     def expected_nodes(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> tuple[float, float]:
         """About how many nodes a mesh will have, in all and on each face of the crack."""
         outline = self.outline(half)
-        length = sum(math.dist(a, b) for line in outline.crack for a, b in pairwise(line))
+        length = sum(segment_lengths(outline.crack))
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
-        cell = CELLS[sizes.shape]
-        if sizes.order == 2 and dimension == 2:
-            cell = CELLS[cell.second_order]
-        flat = flat * cell.nodes_in_square + along
+        cell = sizes.cell_type(2) if dimension == 2 else CELLS[sizes.shape]
+        flat = flat * cell.density + along
         if dimension == 2:
             return flat, sizes.order * along
         through = sizes.layers_through(self.thickness) + 1
@@ -331,7 +328,7 @@ class PlaneSpecimen(Specimen):
         return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
-        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
+        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
         if dimension == 3:
             return mesh_prism_band(self.outline(), sizes, width, self.thickness)
         return mesh_band(self.outline(), sizes, width)
@@ -342,7 +339,7 @@ class PlaneSpecimen(Specimen):
             check_band_order(sizes)
 
     def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
-        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.generation.polygon.mesh_body`."""
+        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.mesh_body`."""
         if dimension == 3:
             return mesh_prism_body(self.outline(), sizes, self.thickness)
         return mesh_body(self.outline(), sizes)

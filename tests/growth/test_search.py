@@ -135,7 +135,7 @@ def test_a_turned_mesh_gives_the_turned_path(monkeypatch: pytest.MonkeyPatch) ->
 def test_another_mesh_of_the_turned_outline_moves_the_path_little() -> None:
     """Within a tenth of a segment, as far as the stresses tell a direction; two of the beam's meshes have other nodes."""
     upright, found = (find_path(outlined_beam(degrees)) for degrees in (0.0, TURN))
-    judged = [v for v in upright.vertices if not v.held]
+    judged = [v for v in upright.vertices if not v.fixed_direction]
     assert len(judged) >= 5
     for a, b in zip(judged[:5], _turned_line(found.lines[0], -TURN), strict=False):
         assert math.dist((a.x, a.y), b) < 0.8

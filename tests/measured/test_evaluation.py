@@ -22,9 +22,9 @@ def test_work_of_fracture() -> None:
     triangle = Measured.from_curve(np.array([0.1, 2.0]), np.array([10e3, 0.0]), against="deflection")
     found = evaluate(triangle, "rilem-tc-50", BEAM).values
     assert found["W0"] == pytest.approx(10e3)
-    assert found["GF"] == pytest.approx((10e3 + 30.0 * 500 / 550 * 9.81 * 2.0) / (150 * 125))
+    assert found["GF"] == pytest.approx((10e3 + 30.0 * 500 / 550 * 9.80665 * 2.0) / (150 * 125))
     found = evaluate(replace(triangle, against="opening"), "jci-s-001", BEAM | {"mass_loading": 1.0}).values
-    assert found["GF"] == pytest.approx((7500.0 + 0.75 * (30.0 * 500 / 550 + 2.0) * 9.81 * 2.0) / (150 * 125))
+    assert found["GF"] == pytest.approx((7500.0 + 0.75 * (30.0 * 500 / 550 + 2.0) * 9.80665 * 2.0) / (150 * 125))
 
 
 def test_residual_strengths() -> None:

@@ -54,7 +54,7 @@ class HandMade(Specimen):
         places = {"base": z < 1e-6, "top": z > SIZE[2] - 1e-6, "corner": on_edge & (x < 1e-6)}
         places["other"] = on_edge & (x > SIZE[0] - 1e-6)
         points, named = solid.points @ np.array(self.rotation).T, {name: np.flatnonzero(at) for name, at in places.items()}
-        return meshio.Mesh(points, cells, {"original": solid.leader}, point_sets=named, cell_sets=sets)
+        return meshio.Mesh(points, cells, {"original": solid.representative}, point_sets=named, cell_sets=sets)
 
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         solid = SOLIDS[self.solid]

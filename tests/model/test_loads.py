@@ -39,7 +39,7 @@ WIDTH, HEIGHT, THICKNESS = 40.0, 60.0, 10.0
 
 
 def own(folder: Path, kind: str = "quad", **changes: Any) -> Scene:
-    """A plate of 40 x 60 x 10 mm on a mesh of one's own, cracked at mid-height, pulled up."""
+    """A plate of 40 x 60 x 10 mm on a user mesh, cracked at mid-height, pulled up."""
     mesh = grid(4, 6, kind)
     points, x, y = 10.0 * mesh.points, 10.0 * mesh.points[:, 0], 10.0 * mesh.points[:, 1]
     centre = points[mesh.cells[0].data].mean(axis=1)

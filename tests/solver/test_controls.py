@@ -19,6 +19,7 @@ from cohesive.solver.controls import CONTROLS, Control, Equation, LinearControl,
 from cohesive.solver.newton import advance
 from cohesive.solver.problem import Guess, Problem, State
 from cohesive.solver.stages import Stage
+from cohesive.solver.stepper import solve
 from tests.builders import block, interfered_march
 
 NAMES = (*CONTROLS, "largest jump", "mean of both")

@@ -7,6 +7,7 @@ import pytest
 
 from cohesive import NotConverged, Result, Scene, run
 from cohesive.algebra.bordered import Border
+from cohesive.law.crack_plane import CrackPlane
 from tests.builders import block, interfered_march
 
 

@@ -143,7 +143,7 @@ def test_what_another_drive_holds_may_be_let_go(tmp_path: Path) -> None:
 def _stiffness(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> Array:
     """Of the elastic body with its crack closed, whether it is held or not."""
     with monkeypatch.context() as patch:
-        patch.setattr(building, "check_held", lambda *_: None)
+        patch.setattr(building, "check_supports", lambda *_: None)
         patch.setattr(building, "check_stages", lambda *_: None)
         problem = build(scene).problem
     matrix = np.column_stack([problem.stiffness.apply(column) for column in np.eye(problem.operator.size)])

@@ -1,4 +1,4 @@
-"""Whether a body is held: which of its rigid motions the supports, the drives and the springs leave free.
+"""Which rigid motions of a body its supports, drives and springs leave free.
 
 Exact but for the geometry: every piece of the body has its rigid motions as unknowns, and the rank of the conditions on them
 decides. No stiffness enters, so neither E nor rounding in a factorization does. Two pieces on either side of the crack hang
@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from meshing.cells import CELLS
 from meshing.cutting.pieces import pieces
+from meshing.cutting.stars import owners
 from meshing.paths import as_text
 
 from ..algebra.unknowns import Constraint
@@ -33,7 +34,7 @@ _MOST_PIECES = 200
 _AXES = "xyz"
 
 
-def check_held(mesh: CrackedMesh, held: Boundary, loadings: Iterable[Loading]) -> None:
+def check_supports(mesh: CrackedMesh, boundary: Boundary, loadings: Iterable[Loading]) -> None:
     """Refuse a body that can move as a whole, or a piece of which can, in one of the stages.
 
     The motion of the drive that a stage moves holds nothing: without a reaction there is no load.
@@ -53,12 +54,12 @@ def check_held(mesh: CrackedMesh, held: Boundary, loadings: Iterable[Loading]) -
             f"specimen: the body is in {len(bodies.size)} pieces that share no element edges or faces; expected one body",
             "specimen",
         )
-    conditions, acting = _conditions(bodies, mesh, held), held.acting > 0
+    conditions, acting = _conditions(bodies, mesh, boundary), boundary.acting > 0
     seen: list[Array] = []
     for i, loading in enumerate(loadings):
         moved, count = loading.moved, len(acting)
         if moved.is_free_across:
-            acting[moved.motions[0]] |= held.later[moved.motions[0]] > 0
+            acting[moved.motions[0]] |= boundary.later[moved.motions[0]] > 0
         allowed = np.eye(count) if loading.allowed is None else loading.allowed[:count]
         allowed = np.where(acting[:, None], 0.0, allowed)
         if any(np.array_equal(allowed, before) for before in seen):
@@ -97,7 +98,7 @@ class _Pieces:
         blocks = [(block.type, block.data.astype(np.int64)) for block in (*mesh.bulk, *mesh.band)]
         label, points = pieces(blocks), np.asarray(mesh.points, dtype=float)
         nodes = np.concatenate([block.ravel() for _, block in blocks])
-        owner = np.repeat(label, np.concatenate([np.full(len(block), block.shape[1]) for _, block in blocks]))
+        owner = label[owners(blocks, [block.shape[1] for _, block in blocks])]
         count = int(label.max()) + 1
         pairs = sp.coo_array((np.ones(len(nodes), dtype=bool), (owner, nodes)), shape=(count, len(points))).tocsr()
         owner, nodes = np.repeat(np.arange(count), np.diff(pairs.indptr)), pairs.indices.astype(np.int64)
@@ -125,9 +126,9 @@ class _Pieces:
         else:
             turning = np.cross(arm, direction)
         own = np.concatenate([np.broadcast_to(direction, arm.shape), turning], axis=1)
-        found = np.zeros((len(nodes), len(self.size), self.motions))
-        found[np.arange(len(nodes)), owner] = own
-        return found.reshape(len(nodes), len(self.size) * self.motions)
+        motion = np.zeros((len(nodes), len(self.size), self.motions))
+        motion[np.arange(len(nodes)), owner] = own
+        return motion.reshape(len(nodes), len(self.size) * self.motions)
 
 
 @dataclass(frozen=True)
@@ -139,17 +140,17 @@ class _Conditions:
     rotations: Array
 
 
-def _conditions(bodies: _Pieces, mesh: CrackedMesh, held: Boundary) -> _Conditions:
+def _conditions(bodies: _Pieces, mesh: CrackedMesh, boundary: Boundary) -> _Conditions:
     """Of supports, drives, mirror, crack, and hinges between pieces."""
-    constraints = [*held.supports, *held.motions]
+    constraints = [*boundary.supports, *boundary.motions]
     hinged = [i for i, each in enumerate(constraints) if each.lever is not None]
     parts = []
     for i, constraint in enumerate(constraints):
         is_there = bodies.of_node[constraint.nodes] >= 0
         nodes = constraint.nodes[is_there]
-        motion, rotation = i - len(held.supports), hinged.index(i) if i in hinged else None
+        motion, rotation = i - len(boundary.supports), hinged.index(i) if i in hinged else None
         rows = bodies.rows(nodes, np.asarray(constraint.direction))
-        motions, rotations = np.zeros((len(rows), len(held.motions))), np.zeros((len(rows), len(hinged)))
+        motions, rotations = np.zeros((len(rows), len(boundary.motions))), np.zeros((len(rows), len(hinged)))
         if motion >= 0:
             motions[:, motion] = -constraint.factor
         if rotation is not None:
@@ -157,34 +158,34 @@ def _conditions(bodies: _Pieces, mesh: CrackedMesh, held: Boundary) -> _Conditio
             rotations[:, rotation] = -constraint.lever[is_there]
         part = [rows, motions, rotations]
         if motion >= 0 and not _holds_jumps(mesh, constraint):
-            part = [_sums(mesh.leader[nodes], each) for each in part]
+            part = [_sums(mesh.representative[nodes], each) for each in part]
         parts.append(part)
     tied = []
-    if held.mirror is not None:
-        nodes = np.flatnonzero(np.isin(np.arange(len(bodies.of_node)), held.mirror.nodes) & (bodies.of_node >= 0))
-        tied.append(bodies.rows(nodes, np.asarray(held.mirror.direction)))
+    if boundary.mirror is not None:
+        nodes = np.flatnonzero(np.isin(np.arange(len(bodies.of_node)), boundary.mirror.nodes) & (bodies.of_node >= 0))
+        tied.append(bodies.rows(nodes, np.asarray(boundary.mirror.direction)))
     minus, plus = _across(bodies, mesh)
     nodes, other = bodies.hinges.T
     for direction in np.eye(mesh.dimension):
         tied.append(bodies.rows(minus, direction) - bodies.rows(plus, direction))
         tied.append(bodies.rows(nodes, direction) - bodies.rows(nodes, direction, other))
-    parts += [[rows, np.zeros((len(rows), len(held.motions))), np.zeros((len(rows), len(hinged)))] for rows in tied]
+    parts += [[rows, np.zeros((len(rows), len(boundary.motions))), np.zeros((len(rows), len(hinged)))] for rows in tied]
     return _Conditions(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def _holds_jumps(mesh: CrackedMesh, constraint: Constraint) -> bool:
     """Whether the copies of a node move together with a drive, as in `Unknowns.from_constraints`."""
     if constraint.holds_jumps is None:
-        return len(np.unique(mesh.leader[constraint.nodes])) > 1
+        return len(np.unique(mesh.representative[constraint.nodes])) > 1
     return constraint.holds_jumps
 
 
 def _sums(groups: Index, rows: Array) -> Array:
     """Sums of the rows of each group, as conditions those of their means."""
     first, number = np.unique(groups, return_inverse=True)
-    found = np.zeros((len(first), rows.shape[1]))
-    np.add.at(found, number, rows)
-    return found
+    sums = np.zeros((len(first), rows.shape[1]))
+    np.add.at(sums, number, rows)
+    return sums
 
 
 def _across(bodies: _Pieces, mesh: CrackedMesh) -> tuple[Index, Index]:
