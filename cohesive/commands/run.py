@@ -12,7 +12,7 @@ from ..errors import SceneError
 from ..model.estimate import Estimate, estimate
 from ..results.checkpoints import NAME as CHECKPOINT
 from ..results.files import FILES
-from ..results.locking import held
+from ..results.locking import lock_folder
 from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import resume, run
@@ -55,7 +55,7 @@ def add_parser(commands: Commands) -> None:
 def _execute(options: argparse.Namespace) -> int:
     if options.resume is not None:
         resumed = _resumed(options)
-        with held(options.resume):
+        with lock_folder(options.resume):
             return _finished(options, Path(options.resume), resumed)
     scene = load_scene(options)
     if options.model:
@@ -63,7 +63,7 @@ def _execute(options: argparse.Namespace) -> int:
     if options.movie:
         scene = scene.with_(**{"output.frames": max(scene.output.frames, MOVIE_FRAMES)})
     folder = Path(options.output or Path(options.scene).stem)
-    with held(folder):  # refused now, not after an hour
+    with lock_folder(folder):  # refused now, not after an hour
         notes = []
         if options.accuracy is not None:
             scene, chosen = _accurate(scene, options)
