@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from .simulation import resume, run
     from .solver.controls import register_control
     from .studies.accuracy import settings_for
-    from .studies.compare import Comparison, compare
+    from .studies.compare import compare
+    from .studies.comparison import Comparison
     from .studies.fit import fit
     from .studies.sensitivities import sensitivities
     from .studies.sweep import sweep
@@ -46,7 +47,7 @@ __all__ = [
 
 #: where each name lives; it is loaded when it is first asked for
 _HOME = {
-    "Comparison": "studies.compare",
+    "Comparison": "studies.comparison",
     "Concrete": "law.concrete",
     "CrackPlane": "law.crack_plane",
     "NotConverged": "errors",

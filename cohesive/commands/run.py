@@ -110,7 +110,7 @@ def _finished(
     finally:  # the numbers are there, whatever became of the files
         print(result.summary())
     if options.movie and result.steps:
-        _save_movie(folder, folder / options.movie)
+        _save_movie(result, folder / options.movie)
     print(f"files: {folder}/  ({', '.join(name for name in FILES if (folder / name).exists())})")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
@@ -119,12 +119,12 @@ def _finished(
     return status
 
 
-def _save_movie(folder: Path, path: Path) -> None:
-    """The movie of a run that was saved."""
+def _save_movie(result: Result, path: Path) -> None:
+    """The movie of a run."""
     from ..results.movie import write_movie  # with matplotlib
     from ..results.views import Views
 
-    views = Views.from_folder(folder)
+    views = Views.from_result(result)
     with progress(len(views.rows), "frame") as bar:
         write_movie(views, path, bar.update)
     print(f"movie: {path}  ({path.stat().st_size / 1e6:.2g} MB)")

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
-from ..results.run_data import RunData
+from ..results.files import make_folder, write_file, write_text
+from ..results.result import Result
 from .curves import Pair, curve_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .figures import Profiles
 
 MODELS = ("discrete", "smeared")
 
 #: units of the table's quantities
 UNITS = {"peak": "N", "opening_at_peak": "mm", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
 
-#: for each stage its title and, by model, positions along the crack path and openings, mm
-Profiles = list[tuple[str, dict[str, tuple[Array, Array]]]]
 
-Run = TypeVar("Run", bound=RunData)
-
-
-class ComparisonData(Generic[Run]):
-    """The data of a comparison.
+class Comparison:
+    """A discrete and a smeared run of one scene, what compares them, a summary in words, the figure and the files.
 
     Attributes
     ----------
@@ -35,7 +37,7 @@ class ComparisonData(Generic[Run]):
     notes : what stopped a run early, and what the runs say of themselves
     """
 
-    def __init__(self, discrete: Run, smeared: Run, notes: list[str]) -> None:
+    def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
         pair = self._pair = Pair.from_curves(curve_of(discrete), curve_of(smeared))
         under = {name: pair.under(i) for i, name in enumerate(MODELS)}
@@ -51,7 +53,7 @@ class ComparisonData(Generic[Run]):
         }
 
     @property
-    def runs(self) -> dict[str, Run]:
+    def runs(self) -> dict[str, Result]:
         """Both runs by model."""
         return dict(zip(MODELS, (self.discrete, self.smeared), strict=True))
 
@@ -67,14 +69,9 @@ class ComparisonData(Generic[Run]):
         return self._pair.difference()
 
     @property
-    def by_platen(self) -> bool:
-        """Whether the curves are drawn over the way of a platen that moves in two directions."""
-        return self._pair.curves[0].platen is not None
-
-    @property
     def travelled(self) -> str:
         """What the curves are drawn over."""
-        if self.by_platen:
+        if self.discrete.drives_both_ways:
             return "way of the platen, there and back"
         there_and_back = bool((np.diff(self.discrete.history["opening"]) < 0).any())
         return "opening travelled, forth and back" if there_and_back else "opening"
@@ -106,6 +103,44 @@ class ComparisonData(Generic[Run]):
         stages = [float(s[peak]), float(middle), end]
         return [a for i, a in enumerate(stages) if all(abs(a - b) > 0.01 * end for b in stages[:i])]
 
+    def summary(self) -> str:
+        """The printed table."""
+        lines = [self.discrete.scene.title, f"{'':24s}{'discrete':>12s}{'smeared':>12s}{'difference':>12s}"]
+        for name, row in self.table.items():
+            unit = f" ({UNITS[name]})" if UNITS[name] else ""
+            values = "".join(f"{row[model]:12.5g}" for model in MODELS)
+            sign = "" if name == "curve_distance" else "+"  # a distance has none
+            lines.append(f"{name.replace('_', ' ') + unit:24s}{values}{100 * row['relative_difference']:{sign}11.2f}%")
+        lines.append(f"up to the end that both runs reach, {self.end:.4g} mm of {self.travelled}: energy and curve distance")
+        return "\n".join(lines + self.notes)
+
+    def plot(self) -> Figure:
+        """Both curves, their difference below, and opening profiles; a matplotlib figure."""
+        from .figures import comparison_figure  # with matplotlib, which is slow to import
+
+        return comparison_figure(self.runs, self.difference(), self.travelled, self.profiles())
+
+    def save(self, folder: str | Path) -> None:
+        """Write comparison.csv and comparison.png; with each run's own files in the folders discrete and smeared.
+
+        Raises
+        ------
+        SceneError
+            If the folder cannot be written.
+        """
+        from ..results.figures import save  # with matplotlib
+
+        folder = Path(folder)
+        make_folder(folder)
+        for name, result in self.runs.items():
+            result.save(folder / name)
+        text = "quantity,unit,discrete,smeared,relative_difference\n" + "".join(
+            f"{name},{UNITS[name]},{row['discrete']:.9g},{row['smeared']:.9g},{row['relative_difference']:.9g}\n"
+            for name, row in self.table.items()
+        )
+        write_file(folder / "comparison.csv", lambda path: write_text(path, text))
+        write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
+
 
 def _row(values: dict[str, float]) -> dict[str, float]:
     return values | {"relative_difference": _ratio(values["smeared"] - values["discrete"], values["discrete"])}
@@ -115,7 +150,7 @@ def _ratio(value: float, over: float) -> float:
     return value / over if over else 0.0
 
 
-def _profile(data: RunData, travelled: Array, at: float) -> tuple[Array, Array]:
+def _profile(data: Result, travelled: Array, at: float) -> tuple[Array, Array]:
     """Positions along the path and openings when `at` is travelled, between the two rows around it; `travelled` (rows,)."""
     fields = data.fields
     kept = fields.point_rows
