@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -39,11 +40,10 @@ def result() -> Result:
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("title", TITLES.values(), ids=TITLES.keys())
-def test_any_title_is_drawn(title: str, result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(result.scene, "title", title)
+def test_any_title_is_drawn(title: str, result: Result, tmp_path: Path) -> None:
     from cohesive.results.pictures import write_pictures
 
-    assert write_pictures(result, tmp_path) == []
+    assert write_pictures(replace(result, scene=result.scene.with_(title=title)), tmp_path) == []
     for name in PICTURES:
         size = matplotlib.image.imread(tmp_path / name).shape
         assert max(size[:2]) < 2000 and (tmp_path / name).stat().st_size > 5000
