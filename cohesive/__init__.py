@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 #: where each public name lives; it is loaded when it is first asked for
 _HOME = {
-    "Comparison": "cohesive.studies.compare",
+    "Comparison": "cohesive.studies.comparison",
     "Concrete": "cohesive.law.concrete",
     "CrackPlane": "cohesive.law.crack_plane",
     "Fit": "cohesive.studies.fit_result",
@@ -62,8 +62,8 @@ if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
     from .solver.controls import register_control as register_control
     from .solver.stages import Stage as Stage
     from .studies.accuracy import settings_for as settings_for
-    from .studies.compare import Comparison as Comparison
     from .studies.compare import compare as compare
+    from .studies.comparison import Comparison as Comparison
     from .studies.fit import fit as fit
     from .studies.fit_result import Fit as Fit
     from .studies.sensitivities import sensitivities as sensitivities

@@ -17,7 +17,7 @@ from .model.model import Model
 from .model.prepared import Prepared
 from .results.checkpoints import Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
-from .results.locking import held
+from .results.locking import lock_folder
 from .results.notebook import notebook_progress
 from .results.record import Record
 from .results.result import Result
@@ -136,7 +136,7 @@ def _march(
         writer.write(row)
 
     try:
-        with held(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with lock_folder(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
             for row, _ in done:
                 writer.write(row)
             stepper = solve(built.problem, scene.stages, built.recorded, scene.solver.step_growth, notes)

@@ -1,9 +1,8 @@
-"""What a saved run shows step by step: read from its folder, for the report and the movie."""
+"""What a run shows step by step, for the report and the movie."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import meshio
@@ -15,7 +14,6 @@ from meshing.paths import along_paths
 from ..arrays import Array, Index, Mask
 from ..errors import SceneError
 from ..measured.curve import Measured
-from .files import frame_files
 from .result import Result
 
 #: part of the body's extent that the largest displacement is drawn as
@@ -67,22 +65,23 @@ class Views:
     factor: float
 
     @classmethod
-    def from_folder(cls, folder: str | Path) -> Views:
-        """Read the folder that `Result.save` wrote.
+    def from_result(cls, result: Result) -> Views:
+        """The frames of a result.
 
         Raises
         ------
         SceneError
-            If it holds no run, or a run without frames.
+            If it has none.
         """
-        folder = Path(folder)
-        result = Result.load(folder)
-        files = sorted(frame_files(folder), key=lambda path: int(path.stem.removeprefix("frame_")))
-        if not files:
+        rows = result.frame_rows()
+        if not rows:
             raise SceneError(
-                f"'{folder}': the run has no frames to show; expected output.frames above 0, as in --set output.frames=40"
+                f"{result.scene.title}: the run has no frames to show; expected output.frames above 0, as in "
+                "--set output.frames=40"
             )
-        frames = [meshio.read(path) for path in files]
+        if result.kept is None:
+            raise SceneError(f"{result.scene.title}: its folder has no fields.npz; expected one that this version wrote")
+        frames = [result.frame_mesh(result.frame(row)) for row in rows]
         first = frames[0]
         cells = _cells(first)
         used, polygons = _compact([corners for corners, _, _ in cells])
@@ -101,7 +100,7 @@ class Views:
         return cls(
             result.scene.title,
             "smeared" if result.is_smeared else "discrete",
-            np.array([int(frame.field_data["step"][0]) for frame in frames]),
+            np.array(rows),
             result.history,
             result.controlled,
             () if result.reference is None else result.reference.curves,

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
-from ..results.run_data import RunData
+from ..results.files import make_folder, write_file, write_table
+from ..results.result import Result
 from .curves import Pair, curve_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .figures import Profiles
 
 MODELS = ("discrete", "smeared")
 
 #: units of the table's quantities, but for the place of the peak
 UNITS = {"peak": "N", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
 
-#: for each stage its title and, by model, positions along the crack path and openings, mm
-Profiles = list[tuple[str, dict[str, tuple[Array, Array]]]]
 
-Run = TypeVar("Run", bound=RunData)
-
-
-class ComparisonData(Generic[Run]):
-    """The data of a comparison.
+class Comparison:
+    """A discrete and a smeared run of one scene, what compares them, a summary in words, the figure and the files.
 
     Attributes
     ----------
@@ -36,7 +38,7 @@ class ComparisonData(Generic[Run]):
     notes : what stopped a run early, and what the runs say of themselves
     """
 
-    def __init__(self, discrete: Run, smeared: Run, notes: list[str]) -> None:
+    def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
         own = discrete.controlled  # a gauge that the band's mesh cannot place is none of its columns
         self.measure = own if own in smeared.history else smeared.controlled
@@ -55,7 +57,7 @@ class ComparisonData(Generic[Run]):
         }
 
     @property
-    def runs(self) -> dict[str, Run]:
+    def runs(self) -> dict[str, Result]:
         """Both runs by model."""
         return dict(zip(MODELS, (self.discrete, self.smeared), strict=True))
 
@@ -71,14 +73,9 @@ class ComparisonData(Generic[Run]):
         return self._pair.difference()
 
     @property
-    def by_platen(self) -> bool:
-        """Whether the curves are drawn over the way of a platen that moves in two directions."""
-        return self._pair.curves[0].platen is not None
-
-    @property
     def travelled(self) -> str:
         """What the curves are drawn over."""
-        if self.by_platen:
+        if self.discrete.drives_both_ways:
             return "way of the platen, there and back"
         there_and_back = bool((np.diff(self.discrete.history[self.measure]) < 0).any())
         return f"{self.measure} travelled, forth and back" if there_and_back else self.measure
@@ -110,6 +107,42 @@ class ComparisonData(Generic[Run]):
         stages = [float(s[peak]), float(middle), end]
         return [a for i, a in enumerate(stages) if all(abs(a - b) > 0.01 * end for b in stages[:i])]
 
+    def summary(self) -> str:
+        """The printed table."""
+        lines = [self.discrete.scene.title, f"{'':24s}{'discrete':>12s}{'smeared':>12s}{'difference':>12s}"]
+        for name, row in self.table.items():
+            unit = f" ({unit})" if (unit := UNITS.get(name, "mm")) else ""
+            values = "".join(f"{row[model]:12.5g}" for model in MODELS)
+            sign = "" if name == "curve_distance" else "+"  # a distance has none
+            lines.append(f"{name.replace('_', ' ') + unit:24s}{values}{100 * row['relative_difference']:{sign}11.2f}%")
+        lines.append(f"up to the end that both runs reach, {self.end:.4g} mm of {self.travelled}: energy and curve distance")
+        return "\n".join(lines + self.notes)
+
+    def plot(self) -> Figure:
+        """Both curves, their difference below, and opening profiles; a matplotlib figure."""
+        from .figures import comparison_figure  # with matplotlib, which is slow to import
+
+        return comparison_figure(self.runs, self.measure, self.difference(), self.travelled, self.profiles())
+
+    def save(self, folder: str | Path) -> None:
+        """Write comparison.csv and comparison.png; with each run's own files in the folders discrete and smeared.
+
+        Raises
+        ------
+        SceneError
+            If the folder cannot be written.
+        """
+        from ..results.figures import save  # with matplotlib
+
+        folder = Path(folder)
+        make_folder(folder)
+        for name, result in self.runs.items():
+            result.save(folder / name)
+        names = (*MODELS, "relative_difference")
+        rows = ([name, UNITS.get(name, "mm"), *(f"{row[each]:.9g}" for each in names)] for name, row in self.table.items())
+        write_table(folder / "comparison.csv", ["quantity", "unit", *names], rows)
+        write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
+
 
 def _row(values: dict[str, float]) -> dict[str, float]:
     return values | {"relative_difference": _ratio(values["smeared"] - values["discrete"], values["discrete"])}
@@ -119,7 +152,7 @@ def _ratio(value: float, over: float) -> float:
     return value / over if over else 0.0
 
 
-def _profile(data: RunData, travelled: Array, at: float) -> tuple[Array, Array]:
+def _profile(data: Result, travelled: Array, at: float) -> tuple[Array, Array]:
     """Positions along the path and openings when `at` is travelled, between the two rows around it; `travelled` (rows,)."""
     fields = data.fields
     kept = fields.point_rows

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
 from meshing.errors import MeshError
@@ -17,9 +18,9 @@ from ..errors import NotConverged, SceneError
 from ..results.files import make_folder, write_file, write_table, write_text
 from ..scenes.scene import Scene
 from .curves import Curve, Pair
-from .parameters import Settings, changes, single
+from .parameters import Settings, changes, label, single
 from .pool import processes
-from .trials import ERRORS, MEASURES, Cost, SweepSetting, SweepSettings, errors, measured
+from .trials import ERRORS, MEASURES, Cost, SweepSetting, errors, measured
 
 #: errors for which the cheapest setting is named
 ACCURACIES = (0.05, 0.01, 0.002)
@@ -37,9 +38,64 @@ _FINER = 4.0
 #: so many elements
 _FINER_IN_3D, _ON_CRACK = (1.5, 2.5), 350
 
+#: CPU times up to this ratio are alike: the machine has other things to do
+_ALIKE = 1.2
 
-class Trade(SweepSettings):
-    """All trials of a scene (see `SweepSettings`), a summary in words, and the files."""
+#: errors on another scene of the same kind are taken for larger by this factor
+_ELSEWHERE = 3.0
+
+
+@dataclass(frozen=True)
+class Trade:
+    """All trials of a scene, a summary in words, and the files.
+
+    Attributes
+    ----------
+    scene : Scene
+    reference : peak (N), at_peak (mm, of the measure in charge), energy (N mm) of the reference
+    own_error : of the reference: how far a run lies from it that is half as fine in everything
+    trials : list of SweepSetting, the scene as it is first, the reference last
+    """
+
+    scene: Scene
+    reference: dict[str, float]
+    own_error: float
+    trials: list[SweepSetting]
+
+    def pareto_front(self) -> list[SweepSetting]:
+        """Trials that no other one beats in both error and CPU time, cheapest first; those of another problem do not count."""
+        found: list[SweepSetting] = []
+        runs = [(trial.cost.cpu, trial.error, trial) for trial in self.trials if trial.cost and trial.is_same_problem]
+        for _, error, trial in sorted(runs, key=lambda entry: entry[:2]):
+            if not found or error < found[-1].error:
+                found.append(trial)
+        return found
+
+    def promise(self, trial: SweepSetting, elsewhere: bool = False) -> float:
+        """Error of a trial with that of the reference added.
+
+        With `elsewhere`, the error that its settings promise on another scene of the kind. Errors that cancel here may add
+        up there: a combination counts with what each of its settings loses alone, and all errors are taken for larger.
+        """
+        if not elsewhere:
+            return trial.error + self.own_error
+        error = trial.error
+        if len(trial.settings) > 1:
+            alone = {label(each.settings): each.error for each in self.trials}
+            parts = [label({name: value}) for name, value in trial.settings.items()]
+            base = alone["as it is"]
+            start = next((alone[part] for part in parts if part.startswith("finer")), base)
+            lost = sum(max(0.0, alone[part] - base) for part in parts if part in alone and not part.startswith("finer"))
+            error = max(error, start + lost)
+        return _ELSEWHERE * error + self.own_error
+
+    def cheapest(self, accuracy: float, elsewhere: bool = False) -> SweepSetting | None:
+        """The cheapest trial that promises at most this error; among those that are as cheap, the most accurate."""
+        runs = [(trial, trial.cost.cpu) for trial in self.trials if trial.cost and trial.is_same_problem]
+        good = [(trial, cpu) for trial, cpu in runs if self.promise(trial, elsewhere) <= accuracy]
+        fastest = min((cpu for _, cpu in good), default=0.0)
+        alike = [trial for trial, cpu in good if cpu <= _ALIKE * fastest]
+        return min(alike, key=lambda trial: self.promise(trial, elsewhere), default=None)
 
     def summary(self) -> str:
         """Table of all trials and the recommendations."""
@@ -72,13 +128,15 @@ class Trade(SweepSettings):
         from ..results.figures import save  # with matplotlib, which is slow to import
         from .figures import trade_figure
 
+        runs = [(trial, trial.cost.cpu, self.promise(trial)) for trial in self.trials if trial.cost is not None]
+        figure = trade_figure(self.scene.title, runs, self.pareto_front(), self.own_error)
         folder = Path(folder)
         make_folder(folder)
         names = ["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "settings"]
         facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
         write_table(folder / "trade.csv", names, self._rows(), comment=json.dumps(facts))
         write_file(folder / "trade.txt", lambda path: write_text(path, self.summary() + "\n"))
-        write_file(folder / "trade.png", lambda path: save(trade_figure(self), path))
+        write_file(folder / "trade.png", lambda path: save(figure, path))
 
     def _rows(self) -> Iterator[list[object]]:
         """One row for each trial."""

@@ -1,4 +1,4 @@
-"""The settings that were tried on one scene: what each costs, how far it errs, and which of them is worth it."""
+"""The settings that are tried on one scene: what each costs, and how far it errs."""
 
 from __future__ import annotations
 
@@ -23,12 +23,6 @@ ERRORS = ("peak", "at_peak", "energy", "curve_distance")
 
 #: short runs are repeated for so many seconds, and the shortest counts
 REPEATED = 0.5
-
-#: CPU times up to this ratio are alike: the machine has other things to do
-_ALIKE = 1.2
-
-#: errors on another scene of the same kind are taken for larger by this factor
-_ELSEWHERE = 3.0
 
 
 @dataclass(frozen=True)
@@ -67,59 +61,6 @@ class SweepSetting:
     def is_same_problem(self) -> bool:
         """Whether model and material are those of the scene."""
         return not any(name in self.settings for name in PHYSICS)
-
-
-@dataclass(frozen=True)
-class SweepSettings:
-    """All settings that were tried on a scene.
-
-    Attributes
-    ----------
-    scene : Scene
-    reference : peak (N), at_peak (mm, of the measure in charge), energy (N mm) of the reference
-    own_error : of the reference: how far a run lies from it that is half as fine in everything
-    trials : list of SweepSetting, the scene as it is first, the reference last
-    """
-
-    scene: Scene
-    reference: dict[str, float]
-    own_error: float
-    trials: list[SweepSetting]
-
-    def pareto_front(self) -> list[SweepSetting]:
-        """Trials that no other one beats in both error and CPU time, cheapest first; those of another problem do not count."""
-        found: list[SweepSetting] = []
-        runs = [(trial.cost.cpu, trial.error, trial) for trial in self.trials if trial.cost and trial.is_same_problem]
-        for _, error, trial in sorted(runs, key=lambda entry: entry[:2]):
-            if not found or error < found[-1].error:
-                found.append(trial)
-        return found
-
-    def promise(self, trial: SweepSetting, elsewhere: bool = False) -> float:
-        """Error of a trial with that of the reference added.
-
-        With `elsewhere`, the error that its settings promise on another scene of the kind. Errors that cancel here may add
-        up there: a combination counts with what each of its settings loses alone, and all errors are taken for larger.
-        """
-        if not elsewhere:
-            return trial.error + self.own_error
-        error = trial.error
-        if len(trial.settings) > 1:
-            alone = {label(each.settings): each.error for each in self.trials}
-            parts = [label({name: value}) for name, value in trial.settings.items()]
-            base = alone["as it is"]
-            start = next((alone[part] for part in parts if part.startswith("finer")), base)
-            lost = sum(max(0.0, alone[part] - base) for part in parts if part in alone and not part.startswith("finer"))
-            error = max(error, start + lost)
-        return _ELSEWHERE * error + self.own_error
-
-    def cheapest(self, accuracy: float, elsewhere: bool = False) -> SweepSetting | None:
-        """The cheapest trial that promises at most this error; among those that are as cheap, the most accurate."""
-        runs = [(trial, trial.cost.cpu) for trial in self.trials if trial.cost and trial.is_same_problem]
-        good = [(trial, cpu) for trial, cpu in runs if self.promise(trial, elsewhere) <= accuracy]
-        fastest = min((cpu for _, cpu in good), default=0.0)
-        alike = [trial for trial, cpu in good if cpu <= _ALIKE * fastest]
-        return min(alike, key=lambda trial: self.promise(trial, elsewhere), default=None)
 
 
 def measured(scene: Scene, settings: Settings) -> tuple[Curve, Cost]:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from cohesive import Scene, SceneError, run
+from cohesive import Result, Scene, SceneError, run
 from cohesive.commands.command_line import main
 from cohesive.results.movie import write_movie
 from cohesive.results.page import write_page
@@ -58,7 +58,7 @@ def test_a_page_holds_the_run_and_asks_for_nothing(folder: Path) -> None:
 
 def test_profiles_follow_the_path(folder: Path) -> None:
     """The notch mouth is the widest place of the crack, and the last point stands on the softening curve."""
-    views = Views.from_folder(folder / "discrete")
+    views = Views.from_result(Result.load(folder / "discrete"))
     assert np.all(np.diff(views.distance) > 0) and views.distance[0] < 2.5 < 22.5 < views.distance[-1] < 25.0
     last = views.profiles["opening"][-1]
     assert np.all(np.diff(last) < 0)
@@ -69,13 +69,13 @@ def test_profiles_follow_the_path(folder: Path) -> None:
 
 def test_two_runs_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "both.html"
-    write_page([Views.from_folder(folder / name) for name in ("discrete", "smeared")], path)
+    write_page([Views.from_result(Result.load(folder / name)) for name in ("discrete", "smeared")], path)
     assert [each["kind"] for each in data_of(path)] == ["discrete", "smeared"]
     assert main(["report", str(folder), "-o", str(path)]) == 0  # the folder of a comparison
 
 
 def test_a_solid_body_shows_its_front_face(folder: Path) -> None:
-    views = Views.from_folder(folder / "solid")
+    views = Views.from_result(Result.load(folder / "solid"))
     assert {len(corners) for corners in views.polygons} == {4} and views.points.shape[1] == 2
     assert len(views.distance) == 10  # cells through the thickness share a place
 
@@ -90,7 +90,7 @@ def test_without_frames_there_is_nothing_to_show(tmp_path: Path, capsys: pytest.
 
 
 def test_movie(folder: Path, tmp_path: Path) -> None:
-    views, drawn = Views.from_folder(folder / "solid"), []
+    views, drawn = Views.from_result(Result.load(folder / "solid")), []
     write_movie(views, tmp_path / "beam.gif", lambda: drawn.append(1))
     with Image.open(tmp_path / "beam.gif") as movie:
         assert movie.n_frames >= len(views.rows) == len(drawn)  # type: ignore[attr-defined]
@@ -112,7 +112,7 @@ def test_the_command_writes_a_movie(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_the_slider_moves_all_views_in_a_browser(folder: Path, tmp_path: Path, width: int) -> None:
     """Two positions of the slider give two texts and two pictures; nothing is asked from the network."""
     page, shots, said = tmp_path / "page.html", [], []
-    write_page([Views.from_folder(folder / "discrete")], page)
+    write_page([Views.from_result(Result.load(folder / "discrete"))], page)
     text = page.read_text(encoding="utf-8")
     for at in (0, 3):
         page.write_text(text.replace('min="0" value="0"', f'min="0" value="{at}"'), encoding="utf-8")

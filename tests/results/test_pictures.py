@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -41,11 +42,10 @@ def result() -> Result:
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.long] * (name not in WORST)) for name in TITLES])
-def test_any_title_is_drawn(name: str, tmp_path: Path) -> None:
-    result = run(block(title=TITLES[name], stage__0__steps=2))
+def test_any_title_is_drawn(name: str, result: Result, tmp_path: Path) -> None:
     from cohesive.results.pictures import write_pictures
 
-    assert write_pictures(result, tmp_path) == []
+    assert write_pictures(replace(result, scene=result.scene.with_(title=TITLES[name])), tmp_path) == []
     for picture in PICTURES:
         size = matplotlib.image.imread(tmp_path / picture).shape
         assert max(size[:2]) < 2000 and (tmp_path / picture).stat().st_size > 5000
