@@ -82,9 +82,9 @@ def _bounds(text: str) -> tuple[str, tuple[float, float]]:
 
 
 def _numbers(pairs: Sequence[str]) -> dict[str, float]:
-    found = {}
+    numbers = {}
     for key, value in assignments(pairs).items():
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
             raise SceneError(f"--scatter {key}={value}: expected a standard deviation above 0", key)
-        found[key] = float(value)
-    return found
+        numbers[key] = float(value)
+    return numbers

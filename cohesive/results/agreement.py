@@ -57,7 +57,7 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
     gap = outside(load, low, high)
     largest = max(float(abs(measured.y).max()), 1e-300)
     area, wanted = area_under(load, at), area_under(middle, at)
-    found = Agreement(
+    judged = Agreement(
         measured.name,
         float(start),
         float(end),
@@ -65,19 +65,19 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
         area / wanted - 1.0 if wanted else 0.0,
         float(y.max() / measured.y.max()) - 1.0 if measured.y.max() else 0.0,
     )
-    return _in_band(found, measured, x, y) if measured.is_band else found
+    return _in_band(judged, measured, x, y) if measured.is_band else judged
 
 
-def _in_band(found: Agreement, measured: Measured, x: Array, y: Array) -> Agreement:
+def _in_band(judged: Agreement, measured: Measured, x: Array, y: Array) -> Agreement:
     """The agreement with the points of a band that the run meets, and those that it does not."""
-    met = (measured.x >= found.start) & (measured.x <= found.end * (1.0 + 1e-9))
+    met = (measured.x >= judged.start) & (measured.x <= judged.end * (1.0 + 1e-9))
     at, (low, high) = measured.x[met], (bound[met] for bound in measured.bounds)
     load = np.interp(at, x, y)
     bound = np.where(load < low, low, high)
     away = (load - bound) / np.maximum(abs(bound), 1e-300)
     is_inside = (low <= load) & (load <= high)
     outside = tuple(zip(*(v[~is_inside].tolist() for v in (at, load, away)), strict=True))
-    facts = {name: getattr(found, name) for name in ("name", "start", "end", "rms", "area", "peak")}
+    facts = {name: getattr(judged, name) for name in ("name", "start", "end", "rms", "area", "peak")}
     return Agreement(**facts, inside=int(is_inside.sum()), points=len(at), outside=outside)
 
 
@@ -93,7 +93,7 @@ def agreements(reference: Reference | None, history: Mapping[str, Array]) -> lis
     computed = reference.computed(history)
     mean = reference.mean()
     curves = [*reference.curves, *([] if mean is None else [mean[0]])]
-    return [found for each in curves if (found := agreement(each, *computed)) is not None]
+    return [judged for each in curves if (judged := agreement(each, *computed)) is not None]
 
 
 def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -> list[str]:
@@ -117,17 +117,17 @@ def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -
     return lines
 
 
-def _lines(name: str, measured: Measured, found: Agreement | None, against: str) -> list[str]:
-    if found is None:
+def _lines(name: str, measured: Measured, judged: Agreement | None, against: str) -> list[str]:
+    if judged is None:
         return [f"{name}: it and the run have no {against} in common, it begins at {measured.x[0]:.4g} mm"]
     if measured.is_band:
-        return [f"{name}: {found.inside} of {found.points} points inside the band"] + [
+        return [f"{name}: {judged.inside} of {judged.points} points inside the band"] + [
             f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
-            for x, y, away in found.outside
+            for x, y, away in judged.outside
         ]
     return [
-        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {_signed(found.area)}, peak {_signed(found.peak)}, "
-        f"over {against} from {found.start:.3g} to {found.end:.3g} mm"
+        f"{name}: rms {100 * judged.rms:.1f} % of its peak, area {_signed(judged.area)}, peak {_signed(judged.peak)}, "
+        f"over {against} from {judged.start:.3g} to {judged.end:.3g} mm"
     ]
 
 
