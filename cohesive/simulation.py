@@ -14,7 +14,7 @@ from .growth.search import find_path, found_scene
 from .model.build import build
 from .model.model import Model
 from .model.prepared import Prepared
-from .results.checkpoints import EVERY, Checkpoint, CheckpointWriter, Done
+from .results.checkpoints import Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
 from .results.locking import held
 from .results.notebook import notebook_progress
@@ -23,8 +23,8 @@ from .results.result import Result
 from .scenes.measured import Reference
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
-from .solver.march import March, Step, under_dead_loads
 from .solver.problem import State
+from .solver.stepper import EVERY, Step, solve
 
 
 def run(
@@ -140,24 +140,22 @@ def _march(
         with held(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
             for row, _ in done:
                 writer.write(row)
-            built = replace(built, problem=under_dead_loads(built.problem))
-            march = None if last is None else last.march_on(built)
-            march = march or March(built.problem, scene.stages, built.record, scene.solver.step_growth, notes)
-            notes = march.notes
+            stepper = solve(built.problem, scene.stages, built.recorded, scene.solver.step_growth, notes)
+            built = replace(built, problem=stepper.problem)
+            if last is not None:
+                stepper = last.march_on(built) or stepper
+                notes = stepper.notes
             with CheckpointWriter(output, scene, tangent, built, last) as checkpoints:
-                first = observed(built.problem.initial())  # with the crack's lengths, which leave a factorization behind
-                built.problem.stiffness.forget()
                 if not record.rows:
-                    keep(_first_row(first), built.problem.initial())
-                for step in march:
+                    keep(_first_row(observed(built.problem.initial())), built.problem.initial())
+                for step in stepper:
                     state = step.equilibrium.state
                     row = _row(record.rows, step, observed(state), time.perf_counter() - clock)
                     keep(row, state)
                     if on_step is not None:
                         on_step(step, row)
                     if row["step"] % EVERY == 0:
-                        built.problem.stiffness.forget()  # with or without a file, so that a resumed run is the same
-                        checkpoints.write(unsaved, march)
+                        checkpoints.write(unsaved, stepper)
                         unsaved.clear()
     except (NotConverged, SceneError) as error:
         error.result = result(str(error))

@@ -30,9 +30,9 @@ from cohesive import Concrete, CrackPlane, Scene
 from cohesive.algebra.bordered import SparseStiffness
 from cohesive.algebra.threads import begin_with_one
 from cohesive.model.build import build
-from cohesive.solver.march import March
+from cohesive.solver.stepper import solve
 from meshing import PlaneSpecimen, refinement
-from meshing.polygon import mesh_face
+from meshing.generation.polygon import mesh_face
 
 #: crack_size, far_size, shape, order, model
 Size = tuple[float, float, str, int, str]
@@ -103,10 +103,10 @@ def _analysis(size: Size, condensation: str, steps: int) -> Row:
     scene = Scene.load("notched-beam").with_(**changes(size), **{"solver.condensation": condensation, "stage.0.steps": steps})
     loaded = memory()
     model = build(scene)
-    march: list[int] = []
+    found: list[int] = []
 
     def newton() -> None:
-        march[:] = [step.equilibrium.iterations for step in March(model.problem, scene.stages, model.record)]
+        found[:] = [step.equilibrium.iterations for step in solve(model.problem, scene.stages, model.recorded)]
 
     repeats = 7 if scene.model.kind == "discrete" else 2  # what else the machine does only adds
     seconds = best_of(1 if condensation == "never" else repeats, newton)
@@ -116,8 +116,8 @@ def _analysis(size: Size, condensation: str, steps: int) -> Row:
         parts = {name: min(parts[name], again[name]) for name in parts}
     return parts | {
         "newton": seconds,
-        "iterations": sum(march),
-        "iteration": seconds / sum(march),
+        "iterations": sum(found),
+        "iteration": seconds / sum(found),
         "unknowns": model.total_dofs,
         "active": model.active_dofs,
         "loaded": loaded,
@@ -133,8 +133,8 @@ def growth(sizes: Mapping[str, Size]) -> dict[str, Row]:
     for _ in range(7):
         for name, model in models.items():
             clock = time.perf_counter()
-            march = March(model.problem, scenes[name].stages, model.record)
-            iterations = sum(step.equilibrium.iterations for step in march)
+            steps = solve(model.problem, scenes[name].stages, model.recorded)
+            iterations = sum(step.equilibrium.iterations for step in steps)
             iteration = (time.perf_counter() - clock) / iterations
             best = min(iteration, rows[name]["iteration"]) if name in rows else iteration
             rows[name] = {

@@ -17,7 +17,7 @@ from cohesive import Scene
 from cohesive.algebra.bordered import DenseStiffness
 from cohesive.algebra.threads import begin_with_one
 from cohesive.model.build import build
-from cohesive.solver.march import March
+from cohesive.solver.stepper import solve
 from examples.benchmark import Row, apart, elastic_solve, memory, table
 
 #: crack_size, far_size, layers
@@ -48,7 +48,7 @@ def _analysis(size: Size) -> Row:
     loaded = memory()
     model = build(scene)
     clock = time.perf_counter()
-    iterations = sum(step.equilibrium.iterations for step in March(model.problem, scene.stages, model.record))
+    iterations = sum(step.equilibrium.iterations for step in solve(model.problem, scene.stages, model.recorded))
     newton = time.perf_counter() - clock
     assert isinstance(model.problem.stiffness, DenseStiffness)
     return dict(model.timings) | {

@@ -3,43 +3,34 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-#: where each public name lives; it is loaded when it is first asked for
-_HOME = {
-    "MeshError": "meshing.errors",
-    "MeshSizes": "meshing.sizes",
-    "MixedModePlate": "meshing.specimens",
-    "NotchedBeam": "meshing.specimens",
-    "NotchedTension": "meshing.specimens",
-    "Outline": "meshing.outline",
-    "PlaneSpecimen": "meshing.specimens",
-    "PushOff": "meshing.specimens",
-    "SandwichPanel": "meshing.specimens",
-    "SingleCrack": "meshing.specimens",
-    "SingleCrack3D": "meshing.specimens",
-    "Specimen": "meshing.specimens",
-    "UserMesh": "meshing.specimens",
-    "crack_front_length": "meshing.insertion",
-    "insert_cracks": "meshing.insertion",
-    "mesh_band": "meshing.band",
-    "mesh_body": "meshing.polygon",
-    "mesh_polygon": "meshing.polygon",
-    "read_band_mesh": "meshing.band_files",
-    "read_mesh": "meshing.files",
+#: the public names by the module where they live; one is loaded when it is first asked for
+_NAMES = {
+    "meshing.cutting.insertion": "crack_front_length insert_cracks",
+    "meshing.errors": "MeshError",
+    "meshing.files.bands": "read_band_mesh",
+    "meshing.files.reading": "read_mesh",
+    "meshing.generation.band": "mesh_band",
+    "meshing.generation.outline": "Outline",
+    "meshing.generation.polygon": "mesh_body mesh_polygon",
+    "meshing.generation.sizes": "MeshSizes",
+    "meshing.specimens": "MixedModePlate NotchedBeam NotchedTension PlaneSpecimen PushOff SandwichPanel SingleCrack "
+    "SingleCrack3D Specimen UserMesh",
 }
+_HOME = {name: home for home, names in _NAMES.items() for name in names.split()}
 
-__all__ = list(_HOME)
+__all__ = sorted(_HOME)
 
 if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
-    from .band import mesh_band as mesh_band
-    from .band_files import read_band_mesh as read_band_mesh
+    from .cutting.insertion import crack_front_length as crack_front_length
+    from .cutting.insertion import insert_cracks as insert_cracks
     from .errors import MeshError as MeshError
-    from .files import read_mesh as read_mesh
-    from .insertion import crack_front_length as crack_front_length
-    from .insertion import insert_cracks as insert_cracks
-    from .outline import Outline as Outline
-    from .polygon import mesh_body as mesh_body
-    from .polygon import mesh_polygon as mesh_polygon
-    from .sizes import MeshSizes as MeshSizes
+    from .files.bands import read_band_mesh as read_band_mesh
+    from .files.reading import read_mesh as read_mesh
+    from .generation.band import mesh_band as mesh_band
+    from .generation.outline import Outline as Outline
+    from .generation.polygon import mesh_body as mesh_body
+    from .generation.polygon import mesh_polygon as mesh_polygon
+    from .generation.sizes import MeshSizes as MeshSizes
     from .specimens import MixedModePlate as MixedModePlate
     from .specimens import NotchedBeam as NotchedBeam
     from .specimens import NotchedTension as NotchedTension

@@ -15,7 +15,7 @@ from cohesive import Result, Scene, SceneError, run
 from cohesive.arrays import Array, Index
 from cohesive.solver.problem import State
 from meshing import MeshError
-from meshing.extrusion import with_mid_nodes
+from meshing.generation.extrusion import with_mid_nodes
 
 
 def block(**changes: Any) -> Scene:

@@ -30,14 +30,22 @@ FLOORS = [
     "law algebra",
     "elements",
 ]
-BELOW = {room: set(" ".join(FLOORS[i + 1 :]).split()) for i, floor in enumerate(FLOORS) for room in floor.split()}
+#: those of meshing, which knows nothing of cohesive; the last floor is its files that are in no room
+FLOORS_OF_MESHING = ["specimens", "files", "generation", "cutting", "cells paths keys errors arrays"]
+
+
+def below(floors: list[str]) -> dict[str, set[str]]:
+    return {room: set(" ".join(floors[i + 1 :]).split()) for i, floor in enumerate(floors) for room in floor.split()}
+
+
+BELOW, BELOW_IN_MESHING = below(FLOORS), below(FLOORS_OF_MESHING)
 #: of the whole package: the public names, the entry of the command, and the module with which an MPI script begins
 FACADES = {"__init__", "__main__", "petsc"}
 OPEN_TO_ALL = {"errors", "arrays"}
 
 #: of meshing, besides its errors, which are open to all
 WHOLE_MESHING = {"scenes", "model"}
-GEOMETRY = {"meshing.cells", "meshing.stars", "meshing.paths"}
+GEOMETRY = {"meshing.cells", "meshing.cutting.stars", "meshing.paths"}
 SEES_GEOMETRY = {"results", "studies", "growth"}
 
 MAX_FUNCTION, MAX_FILE = 60, 400
@@ -98,7 +106,7 @@ def imports(path: Path) -> list[Import]:
 
 
 def room(name: str) -> str:
-    """Of a module of cohesive: its folder, or itself at the top."""
+    """Of a module: its folder, or itself at the top."""
     parts = name.split(".")
     return parts[1] if len(parts) > 1 else "__init__"
 
@@ -113,8 +121,8 @@ def fails(findings: Iterator[str] | list[str]) -> None:
 
 
 def test_every_file_is_in_a_room() -> None:
-    fails(f"{name}: no room of the house" for name in modules() if name.startswith("cohesive.") and room(name) not in
-          BELOW.keys() | FACADES | OPEN_TO_ALL)  # fmt: skip
+    homes = {"cohesive": BELOW.keys() | FACADES | OPEN_TO_ALL, "meshing": BELOW_IN_MESHING.keys() | {"__init__"}}
+    fails(f"{name}: no room of the house" for name in modules() if room(name) not in homes[name.split(".")[0]])
 
 
 def test_rooms_import_from_rooms_below() -> None:
@@ -143,7 +151,20 @@ def test_few_rooms_import_meshing() -> None:
     fails(wrong())
 
 
-def test_meshing_knows_no_mechanics() -> None:
+def test_rooms_of_meshing_import_from_rooms_below() -> None:
+    def wrong() -> Iterator[str]:
+        ground = set(FLOORS_OF_MESHING[-1].split())
+        for path in files("meshing"):
+            here = room(module(path))
+            allowed = BELOW_IN_MESHING.get(here, set()) | (ground if here in ground else {here})
+            for each in imports(path):
+                if each.module.split(".")[0] == "meshing" and here != "__init__" and room(each.module) not in allowed:
+                    yield f"{each}, which is not below {here}"
+
+    fails(wrong())
+
+
+def test_meshing_knows_nothing_of_cohesive() -> None:
     fails(str(each) for path in files("meshing") for each in imports(path) if each.module.split(".")[0] == "cohesive")
 
 
@@ -199,7 +220,7 @@ def test_algebra_and_solver_do_not_know_the_scene() -> None:
     specimens = {
         node.name
         for path in files("meshing")
-        if path.parent.name == "specimens" or path.stem in {"specimens", "solids", "block"}
+        if path.parent.name == "specimens" or path.stem == "block"
         for node in tree(path).body
         if isinstance(node, ast.ClassDef)
     }
@@ -210,6 +231,19 @@ def test_algebra_and_solver_do_not_know_the_scene() -> None:
         for path in files("cohesive/algebra", "cohesive/solver")
         for line, name in identifiers(path)
         if name in forbidden
+    )
+
+
+def test_bodies_are_loaded_by_one_function() -> None:
+    """`solver.stepper.solve` alone knows dead loads and what they leave: whoever made a stepper would leave them out."""
+    names = {"LoadStepper", "TargetPath"}
+    fails(
+        f"{path.relative_to(ROOT)}:{node.lineno} makes a {called[0]}; expected solve"
+        for path in files("cohesive", "examples", "tests")
+        if path.parent != ROOT / "cohesive" / "solver"
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Call)
+        and (called := [name for name in (getattr(node.func, "id", ""), getattr(node.func, "attr", "")) if name in names])
     )
 
 

@@ -91,7 +91,7 @@ class Stiffness(Protocol):
     def scaled(self, factor: float) -> Stiffness:
         """The stiffness times a factor, without the factorizations of this one."""
 
-    def forget(self) -> None:
+    def drop_factorization(self) -> None:
         """Factor anew in the next solve, whatever was solved before."""
 
     def solve(self, border: Border, right: Array, last: float, forcing: float = INEXACT) -> Array:
@@ -167,7 +167,7 @@ class _Bordered(ABC):
         matrix = self.matrix if factor == 1.0 else factor * self.matrix
         return replace(self, matrix=matrix, _reused=_Reused())
 
-    def forget(self) -> None:
+    def drop_factorization(self) -> None:
         self._reused.solve = None
 
     @property

@@ -19,7 +19,7 @@ from meshing.errors import MeshError
 from ..algebra.petsc.ranks import rank_and_size
 from ..errors import NotConverged, SceneError
 from ..scenes.scene import Scene
-from ..solver.march import Step
+from ..solver.stepper import Step
 
 #: exit statuses: a run that stopped before its end, bad input or a file that cannot be written, interrupted
 STOPPED, BAD_INPUT, INTERRUPTED = 1, 2, 130

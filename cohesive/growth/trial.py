@@ -16,8 +16,8 @@ from ..errors import NotConverged
 from ..model.build import build
 from ..model.model import Model
 from ..scenes.scene import Scene
-from ..solver.march import March
 from ..solver.stages import Stage
+from ..solver.stepper import solve
 from .crack import unit
 from .stress import NodalStress, Probe, Reading
 
@@ -111,8 +111,9 @@ def _march(trial: Trial, model: Model, stages: list[Stage], scene: Scene, larges
     peak = 0.0
     target = DUE * scene.material.ft
     try:
-        for step in March(model.problem, stages, model.record, scene.solver.step_growth, []):
-            record = model.record(step.equilibrium.state)
+        stepper = solve(model.problem, stages, model.recorded, scene.solver.step_growth)
+        for step in stepper:
+            record = stepper.record(step.equilibrium.state)
             displacement = model.condensation.recover(step.equilibrium.state.v)
             numbers = record["load"], record["opening"], record[control]
             values = model.cracks.point_values(step.equilibrium.state)

@@ -8,13 +8,13 @@ import meshio
 import numpy as np
 
 from meshing.cells import CELLS
+from meshing.cutting.stars import Star
 from meshing.specimens import Specimen
 from meshing.specimens.base import Pressure
-from meshing.stars import Star
 
 from ..arrays import Array
-from ..elements.bulk import ElasticBlock
 from ..errors import SceneError
+from .elements import Elements
 from .mesh import CrackedMesh
 
 #: standard acceleration of gravity, m/s^2 (CGPM 1901)
@@ -33,15 +33,8 @@ _SHARES = {
 }
 
 
-def dead_loads(
-    specimen: Specimen, mesh: CrackedMesh, blocks: Sequence[tuple[ElasticBlock, Array]], thickness: float
-) -> Array | None:
+def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements) -> Array | None:
     """Forces on the nodes of a mesh, (d m,), N; None if there are none.
-
-    Parameters
-    ----------
-    blocks : elements, each with their densities, kg/m^3.
-    thickness : of a plane body, mm; 1 in space.
 
     Raises
     ------
@@ -53,11 +46,11 @@ def dead_loads(
     if len(down) != d:
         raise SceneError(f"specimen.down = {list(down)}: expected {d} numbers", "specimen.down")
     force = np.zeros(mesh.points.shape)
-    for block, density in blocks:
+    for block, density in zip([*elements.elastic, *elements.cracking], elements.densities, strict=True):
         if density.any():
             force += block.body_force(_PER_VOLUME * GRAVITY * density[:, None] * np.asarray(down))
     for pressure in specimen.pressures():
-        force += thickness * _pressed(mesh, pressure)
+        force += elements.thickness * _pressed(mesh, pressure)
     return force.ravel() if force.any() else None
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from meshing.cells import CELLS
+from meshing.cutting.pieces import pieces
 from meshing.paths import as_text
-from meshing.pieces import pieces
 
 from ..algebra.unknowns import Constraint
 from ..arrays import Array, Index

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 
 from meshing.cells import CELLS
-from meshing.insertion import crack_front_length
+from meshing.cutting.insertion import crack_front_length
 from meshing.specimens import Specimen
 
 from ..arrays import Array, Index
@@ -57,6 +57,11 @@ class CrackedMesh:
     def dimension(self) -> int:
         """2 or 3."""
         return int(self.points.shape[1])
+
+    @property
+    def extent(self) -> float:
+        """Longest side of the box around the body, mm."""
+        return float(np.ptp(self.points, axis=0).max())
 
     @property
     def sets(self) -> dict[str, Index]:

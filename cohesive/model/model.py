@@ -1,4 +1,4 @@
-"""A meshed and assembled scene, ready for the march."""
+"""A meshed and assembled scene, ready to be loaded."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ class Model:
     problem : Problem on the active unknowns
     condensation : Condensation
     total_dofs : number of all unknowns
+    modulus : of the concrete, to which the stiffness is proportional, MPa
     timings : seconds, "mesh", "assemble" and "condense"
     notes : what the reader of the results should know about the model
     """
@@ -44,6 +45,7 @@ class Model:
     problem: Problem
     condensation: Condensation
     total_dofs: int
+    modulus: float
     timings: dict[str, float]
     notes: list[str]
 
@@ -69,7 +71,7 @@ class Model:
 
     @cached_property
     def _compliance(self) -> tuple[Array, Array] | None:
-        # by a stiffness of its own: the march goes on with the factorization that it has, whenever this is first asked for
+        # by a stiffness of its own: the run goes on with the factorization that it has, whenever this is first asked for
         return self.lengths.curve(replace(self.problem, stiffness=self.problem.stiffness.scaled(1.0)))
 
     def crack_lengths(self, state: State) -> dict[str, float]:
@@ -86,7 +88,11 @@ class Model:
 
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""
-        problem, mean = self.problem, self.cracks.mean_traction(state)
+        return self.recorded(self.problem, state)
+
+    def recorded(self, problem: Problem, state: State) -> dict[str, float]:
+        """The same, counted as `problem` does: from the body under its dead loads, see `solver.stepper.solve`."""
+        mean = self.cracks.mean_traction(state)
         return {
             "load": state.load,
             "opening": problem.measure("opening", state),
@@ -102,15 +108,16 @@ class Model:
             "released": state.released,
             **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
             **{name: factor * state.load for name, factor in self.forces.items()},
-            **self._of_drives(state),
+            **_of_drives(problem, state),
         }
 
-    def _of_drives(self, state: State) -> dict[str, float]:
-        """Load and motion of each of several drives."""
-        loading, found = self.problem.loading, {}
-        if len(loading.names) > 1:
-            forces = self.problem.driven_forces(state)
-            for name in loading.names:
-                found[f"load.{name}"] = loading.force(name, forces)
-                found[f"driven.{name}"] = self.problem.driven_motion(name, state)
-        return found
+
+def _of_drives(problem: Problem, state: State) -> dict[str, float]:
+    """Load and motion of each of several drives."""
+    loading, found = problem.loading, {}
+    if len(loading.names) > 1:
+        forces = problem.driven_forces(state)
+        for name in loading.names:
+            found[f"load.{name}"] = loading.force(name, forces)
+            found[f"driven.{name}"] = problem.driven_motion(name, state)
+    return found

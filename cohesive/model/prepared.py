@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scenes.scene import Scene
-from .build import build, with_law
+from .build import build
 from .model import Model
 
 #: keys of the tables below that change neither the mesh nor the condensed stiffness
@@ -81,7 +81,7 @@ class Prepared:
 
     def model_of(self, scene: Scene, tangent: str = "consistent") -> Model:
         """The model of a scene from `scene_of`."""
-        return with_law(self.model, self.scene, scene, tangent)
+        return build(scene, tangent, kept=self.model)
 
     def _check(self, scene: Scene) -> None:
         """Refuse a scene that does not fit."""

@@ -18,14 +18,11 @@ from .files import package_version
 if TYPE_CHECKING:
     from ..model.model import Model
     from ..scenes.scene import Scene
-    from ..solver.march import March
     from ..solver.problem import State
+    from ..solver.stepper import LoadStepper
 
 #: name of the file; it is there while a run is going on, and after one that was interrupted or killed
 NAME = "checkpoint.pickle"
-
-#: steps from one checkpoint to the next
-EVERY = 10
 
 #: a row of the history and its state
 Done = tuple[dict[str, float], "State"]
@@ -41,7 +38,7 @@ class Checkpoint:
     tangent : of Newton's method, see `run`
     done : list of rows and states until then
     nodes : coordinates in the mesh, (m, d), mm
-    march : pickled March, see `march_on`; None before the first checkpoint
+    march : pickled LoadStepper, see `march_on`; None before the first checkpoint
     size : of the file up to there, bytes
     """
 
@@ -84,7 +81,7 @@ class Checkpoint:
             )
         return cls(head["scene"], head["tangent"], done, head["nodes"], march, size)
 
-    def march_on(self, model: Model) -> March | None:
+    def march_on(self, model: Model) -> LoadStepper | None:
         """The march as it stood, on the model of this scene, built again; None before the first checkpoint.
 
         Raises
@@ -99,7 +96,7 @@ class Checkpoint:
             )
         if self.march is None:
             return None
-        march: March = _Unpickler(BytesIO(self.march), model).load()
+        march: LoadStepper = _Unpickler(BytesIO(self.march), model).load()
         return march
 
 
@@ -138,7 +135,7 @@ class CheckpointWriter:
     def __enter__(self) -> CheckpointWriter:
         return self
 
-    def write(self, rows: Sequence[Done], march: March) -> None:
+    def write(self, rows: Sequence[Done], march: LoadStepper) -> None:
         """Set down the rows since the last checkpoint, and the march as it stands after them."""
         if self._path is None:
             return

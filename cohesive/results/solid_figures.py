@@ -11,7 +11,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
-from meshing.stars import Star
+from meshing.cutting.stars import Star
 
 from ..arrays import Array, Index
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
+from meshing.generation.sizes import MeshSizes
 from meshing.keys import default_of, expected, key_of
-from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS
 
 from ..law.concrete import Concrete

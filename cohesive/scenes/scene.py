@@ -15,8 +15,8 @@ import numpy as np
 import tomli_w
 
 from meshing.errors import MeshError
+from meshing.generation.sizes import MeshSizes
 from meshing.paths import Line
-from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import ParameterError, SceneError

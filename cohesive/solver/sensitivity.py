@@ -62,7 +62,7 @@ def is_differentiated(control: str) -> bool:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Differentiates the steps of a march from the unloaded state, with interface points, one drive, and no dead loads.
+    """Differentiates the steps of a run from the unloaded state, with interface points, one drive, and no dead loads.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Steps: what the march hands out, and how their sizes follow the iterations."""
+"""Steps: what a run hands out, and how their sizes follow the iterations."""
 
 from __future__ import annotations
 

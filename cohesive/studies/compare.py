@@ -15,7 +15,7 @@ from ..results.report import warnings
 from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import run
-from ..solver.march import Step
+from ..solver.stepper import Step
 from .comparison import MODELS, UNITS, ComparisonData
 
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ from ..law.crack_plane import CrackPlane
 from ..model.model import Model
 from ..model.prepared import Prepared, prepare
 from ..scenes.scene import Scene
-from ..solver.march import March, Step
 from ..solver.problem import Problem
 from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
 from ..solver.stages import Stage
+from ..solver.stepper import Step, solve
 
 #: relative change of a parameter for the derivative of the law at a fixed state, and for that of a whole run
 _AT_A_STATE, _OF_A_RUN = 1e-6, 1e-4
@@ -111,7 +111,9 @@ class Rig:
         problem = model.problem
         if self.most is not None:
             problem = replace(problem, stiffness=_Counted(problem.stiffness, self.most))
-        steps = list(March(problem, list(stages), model.record, scene.solver.step_growth))
+        stepper = solve(problem, stages, model.recorded, scene.solver.step_growth)
+        model = replace(model, problem=stepper.problem)
+        steps = list(stepper)
         self.runs += 1
         records = [model.record(step.equilibrium.state) for step in steps]
         names = records[0] if records else ()

@@ -12,15 +12,15 @@ from typing import Any, ClassVar
 
 import meshio
 
-from ..band import mesh_band
 from ..errors import MeshError
-from ..extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
+from ..generation.band import mesh_band
+from ..generation.extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
+from ..generation.outline import Outline
+from ..generation.polygon import mesh_body, mesh_polygon
+from ..generation.sizes import MeshSizes, expected_cells
 from ..keys import check_keys
-from ..outline import Outline
 from ..paths import Line, Point
 from ..paths import path_length as length_of_path
-from ..polygon import mesh_body, mesh_polygon
-from ..sizes import MeshSizes, expected_cells
 
 #: name of a point set of the mesh, or a point that is a node
 Location = str | tuple[float, ...]
@@ -341,7 +341,7 @@ class PlaneSpecimen(Specimen):
             check_band_order(sizes)
 
     def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
-        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.polygon.mesh_body`."""
+        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.generation.polygon.mesh_body`."""
         if dimension == 3:
             return mesh_prism_body(self.outline(), sizes, self.thickness)
         return mesh_body(self.outline(), sizes)

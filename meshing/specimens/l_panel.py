@@ -9,12 +9,12 @@ from typing import Any
 
 import meshio
 
-from ..band import mesh_band
-from ..extrusion import mesh_prism_band
+from ..generation.band import mesh_band
+from ..generation.extrusion import mesh_prism_band
+from ..generation.outline import Outline
+from ..generation.sizes import MeshSizes
 from ..keys import key
-from ..outline import Outline
 from ..paths import Line, Point
-from ..sizes import MeshSizes
 from .base import Drive, Gauge, PlaneSpecimen, Support, expect
 from .registry import register_specimen
 

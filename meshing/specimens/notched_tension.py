@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..generation.outline import Outline
 from ..keys import key
-from ..outline import Outline
 from ..paths import Line, Point
 from .base import Direction, Drive, Gauge, PlaneSpecimen, Support, expect, without_repeats
 from .registry import register_specimen

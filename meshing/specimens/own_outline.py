@@ -11,11 +11,11 @@ from typing import Any, ClassVar
 import meshio
 
 from ..errors import MeshError
-from ..geo_files import read_outline
+from ..files.geo import read_outline
+from ..generation.outline import Outline
+from ..generation.sizes import MeshSizes
 from ..keys import key
-from ..outline import Outline
 from ..paths import Line, Point
-from ..sizes import MeshSizes
 from .base import MAIN_GAUGE, Drive, Gauge, Location, PlaneSpecimen, Support, polylines
 from .registry import register_specimen
 from .user_entries import drives_of, gauges_of, location, support_of, unit_vector

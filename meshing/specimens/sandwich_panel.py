@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..generation.outline import Outline
 from ..keys import key
-from ..outline import Outline
 from ..paths import Line, Point
 from .base import Drive, PlaneSpecimen, Support
 from .registry import register_specimen

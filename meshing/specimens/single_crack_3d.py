@@ -11,10 +11,10 @@ import meshio
 import numpy as np
 
 from ..arrays import Array
-from ..block import PlaneCrack, mesh_block
 from ..errors import MeshError
+from ..generation.block import PlaneCrack, mesh_block
+from ..generation.sizes import MeshSizes, expected_cells
 from ..keys import check_keys, key
-from ..sizes import MeshSizes, expected_cells
 from .base import Direction, Drive, Gauge, Specimen, Support, expect
 from .registry import register_specimen
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ..outline import Outline
+from ..generation.outline import Outline
 from .base import Drive, Support, expect
 from .mixed_mode_plate import MixedModePlate
 from .registry import register_specimen

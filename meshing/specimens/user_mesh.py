@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 import meshio
 import numpy as np
 
-from ..band_files import read_band_mesh
 from ..errors import MeshError
-from ..files import read_mesh
+from ..files.bands import read_band_mesh
+from ..files.reading import read_mesh
+from ..generation.sizes import MeshSizes
 from ..keys import check_keys, key
 from ..paths import Line
-from ..sizes import MeshSizes
 from .base import MAIN_GAUGE, Direction, Drive, Gauge, Pressure, Region, Specimen, Support, polylines
 from .registry import register_specimen
 from .user_entries import are_names, drives_of, gauges_of, location, pressures_of, regions_of, support_of, unit_vector

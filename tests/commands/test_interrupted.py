@@ -19,7 +19,7 @@ import cohesive.algebra.choice
 import cohesive.results.files
 import cohesive.results.pictures
 import cohesive.solver.newton
-import meshing.polygon
+import meshing.generation.polygon
 from cohesive import Scene, SceneError, run
 from cohesive.__main__ import main
 from cohesive.solver.columns import COLUMN_NAMES
@@ -28,7 +28,7 @@ QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set",
 
 #: where a run is when the signal comes: module, function, and which call of it
 PLACES = {
-    "meshing": (meshing.polygon, "generate", 1),
+    "meshing": (meshing.generation.polygon, "generate", 1),
     "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
     "the first step": (cohesive.solver.newton, "next_state", 1),
     "Newton": (cohesive.solver.newton, "next_state", 8),
@@ -110,7 +110,7 @@ def test_a_signal_ends_a_run_and_keeps_its_history(
 @pytest.mark.parametrize(
     ("place", "discrete", "smeared"),
     [
-        ((meshing.polygon, "generate", 1), False, False),
+        ((meshing.generation.polygon, "generate", 1), False, False),
         ((cohesive.solver.newton, "next_state", 8), True, False),
         ((cohesive.algebra.choice, "nested_dissection", 2), True, False),  # the second model, before its first step
         ((cohesive.solver.newton, "next_state", 30), True, True),
@@ -221,7 +221,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
     monkeypatch.setattr(cohesive.results.files.tempfile, "TemporaryFile", read_only)
-    monkeypatch.setattr(meshing.polygon, "generate", lambda *_: pytest.fail("meshed"))
+    monkeypatch.setattr(meshing.generation.polygon, "generate", lambda *_: pytest.fail("meshed"))
     for name in ("run", "compare"):
         assert command(name, "notched-beam", "-o", str(tmp_path / name), *QUICK) == 2
         assert f"output folder '{tmp_path / name}': cannot be written: Read-only file system" in capsys.readouterr().err

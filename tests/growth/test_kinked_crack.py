@@ -11,7 +11,7 @@ from cohesive.growth.crack import trial_lines
 from cohesive.growth.search import LARGEST_TURN, Search, find_path
 from cohesive.growth.stress import NodalStress, Probe
 from cohesive.model.build import build
-from cohesive.solver.march import March
+from cohesive.solver.stepper import solve
 from tests.growth.beams import slanted_notch
 from tests.growth.kinked_crack import (
     direction_of_averaged_hoop_stress,
@@ -56,7 +56,7 @@ def _direction_of_rays(slant: float, size: float) -> float:
     crack = cracks[0]
     scene = search.scene.along(trial_lines(cracks, search.body)).with_(**{"stage.0.to": 1e-6, "stage.0.steps": 1})
     model = build(scene)
-    (step,) = March(model.problem, scene.stages, model.record, 1.0, [])
+    (step,) = solve(model.problem, scene.stages, model.recorded)
     probe = Probe.ahead_of(NodalStress.from_blocks(model.bulk), crack.tip, crack.heading, search.radius)
     reading = probe.read(model.condensation.recover(step.equilibrium.state.v))
     return -math.degrees(probe.strongest(reading, LARGEST_TURN)[0])

@@ -18,9 +18,9 @@ from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
 from cohesive.growth.search import LARGEST_TURN, Search, find_path
 from cohesive.model.build import build
-from meshing.outline import Outline
+from meshing.generation.outline import Outline
+from meshing.generation.sizes import MeshSizes
 from meshing.paths import Line, Point
-from meshing.sizes import MeshSizes
 from meshing.specimens import SPECIMENS, Drive, Gauge, NotchedBeam, Support
 from tests.growth.beams import eccentric_beam, outlined_beam, turned
 

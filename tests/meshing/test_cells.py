@@ -11,7 +11,7 @@ import pytest
 
 from meshing.arrays import Array
 from meshing.cells import BULK_2D, BULK_3D, CELLS, counter_clockwise
-from meshing.gmsh_session import session
+from meshing.generation.session import session
 
 BULK = BULK_2D + BULK_3D
 CRACK = sorted({CELLS[kind].crack_cell for kind in BULK})

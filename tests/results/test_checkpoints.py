@@ -16,7 +16,8 @@ import pytest
 
 from cohesive import Result, Scene, SceneError, resume, run
 from cohesive.commands.command_line import main
-from cohesive.results.checkpoints import EVERY, NAME
+from cohesive.results.checkpoints import NAME
+from cohesive.solver.stepper import EVERY
 from tests.builders import block
 
 CYCLES = [

@@ -11,8 +11,8 @@ import pytest
 
 from cohesive import Result, Scene, run
 from cohesive.results.record import Record, States
-from cohesive.solver.march import Step
 from cohesive.solver.problem import State
+from cohesive.solver.stepper import Step
 from tests.builders import block, plate
 
 

@@ -15,10 +15,10 @@ from cohesive.errors import Interrupted, PointFailure
 from cohesive.model.build import build
 from cohesive.solver.columns import COLUMN_NAMES, COLUMNS, columns_of, unloaded, watched
 from cohesive.solver.controls import CONTROLS, Control, Equation, LinearControl, register_control
-from cohesive.solver.march import March
 from cohesive.solver.newton import advance
 from cohesive.solver.problem import Guess, Problem, State
 from cohesive.solver.stages import Stage
+from cohesive.solver.stepper import solve
 from tests.builders import block
 
 NAMES = (*CONTROLS, "largest jump", "mean of both")
@@ -109,9 +109,9 @@ def test_converged_steps_meet_the_targets(name: str) -> None:
     control, (first, second) = CONTROLS[name], targets(name)
     problem = build(block(specimen__angle=25.0, specimen__faces="clamped")).problem
     to = [first, second, *([0.9 * second] if control.can_fall else [])]
-    march = March(problem, [Stage(name, to, steps=4)], lambda state: {})
-    steps = list(march)
-    assert not march.notes and all(step.control == name for step in steps)
+    stepper = solve(problem, [Stage(name, to, steps=4)], lambda problem, state: {})
+    steps = list(stepper)
+    assert not stepper.notes and all(step.control == name for step in steps)
     values = np.array([control.value(problem, step.equilibrium.state) for step in steps])
     np.testing.assert_array_equal(values, [step.value for step in steps])
     # a step may miss its target by the tolerance of its size
@@ -146,7 +146,7 @@ def test_a_failed_step_gives_the_advice(name: str, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("cohesive.solver.snap.advance", fail)
     monkeypatch.setattr("cohesive.solver.snap.advance_to_onset", fail)
     with pytest.raises(NotConverged, match=f"stage 1: the step from {name} = 0 towards .*simulated") as stopped:
-        list(March(build(block()).problem, [Stage(name, targets(name)[0])], lambda state: {}))
+        list(solve(build(block()).problem, [Stage(name, targets(name)[0])], lambda problem, state: {}))
     assert str(stopped.value).endswith(advice)
 
 

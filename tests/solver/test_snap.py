@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-import cohesive.solver.leg
 import cohesive.solver.snap
+import cohesive.solver.target_path
 from cohesive import NotConverged, Scene, run
 from tests.builders import block
 
@@ -85,7 +85,7 @@ def test_nothing_is_followed_back_where_a_block_is_pushed_or_unloaded(monkeypatc
 
     advance = cohesive.solver.snap.advance
     monkeypatch.setattr(cohesive.solver.snap, "advance", fail)
-    monkeypatch.setattr(cohesive.solver.leg, "snap_through", fail)
+    monkeypatch.setattr(cohesive.solver.target_path, "snap_through", fail)
     with pytest.raises(NotConverged, match="simulated") as stopped:
         run(block(stage=[{"control": "driven", "to": -0.02, "steps": 8}]))
     driven = stopped.value.result.history["driven"][1:]  # type: ignore[attr-defined]

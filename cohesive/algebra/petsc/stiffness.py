@@ -85,7 +85,7 @@ class PetscStiffness:
     def scaled(self, factor: float) -> PetscStiffness:
         return PetscStiffness(self._matrix if factor == 1.0 else factor * self._matrix)
 
-    def forget(self) -> None:
+    def drop_factorization(self) -> None:
         self._layout = None
 
     def solve(self, border: Border, right: Array, last: float, forcing: float = INEXACT) -> Array:

@@ -1,0 +1,85 @@
+"""The outline of a plane body from a file of gmsh's geometry."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+
+from ..errors import MeshError
+from ..generation.outline import Outline
+from ..generation.session import session
+from ..paths import Line, Point
+
+#: straight sides in place of a curved one
+_CHORDS = 24
+
+
+def read_outline(path: Path) -> Outline:
+    """The one face of a .geo file: corners counter-clockwise, its physical curves as edges and physical points as nodes.
+
+    Raises
+    ------
+    MeshError
+        If there is no such file, gmsh does not read it, or its geometry is not one face without holes.
+    """
+    if not path.is_file():
+        raise MeshError(f"file = '{path}': there is no such file", "file")
+    with session() as gmsh:
+        gmsh.open(str(path))
+        faces = gmsh.model.getEntities(2)
+        if len(faces) != 1:
+            raise MeshError(f"file = '{path}': it has {len(faces)} faces; expected one", "file")
+        curves = [tag for _, tag in gmsh.model.getBoundary(faces, oriented=True)]
+        corners = _joined([_chords(gmsh, tag) for tag in curves], f"file = '{path}': its face has holes; expected none")
+        if corners[0] != corners[-1]:
+            raise MeshError(f"file = '{path}': the outline of its face is not closed", "file")
+        edges = {
+            gmsh.model.getPhysicalName(1, group): _joined(
+                [_chords(gmsh, int(tag)) for tag in gmsh.model.getEntitiesForPhysicalGroup(1, group)],
+                f"file = '{path}': the curves of physical group {group} are not in a row",
+            )
+            for _, group in gmsh.model.getPhysicalGroups(1)
+        }
+        nodes = {
+            gmsh.model.getPhysicalName(0, group): [
+                _xy(gmsh.model.getValue(0, int(tag), [])) for tag in gmsh.model.getEntitiesForPhysicalGroup(0, group)
+            ]
+            for _, group in gmsh.model.getPhysicalGroups(0)
+        }
+    area = sum(a[0] * b[1] - a[1] * b[0] for a, b in pairwise(corners))
+    return Outline(corners[:-1] if area > 0 else corners[:0:-1], [], nodes=nodes, edges=edges)
+
+
+def _chords(gmsh: ModuleType, tag: int) -> list[Point]:
+    """A curve as a polyline from its start to its end; a negative tag runs back."""
+    low, high = (float(bound[0]) for bound in gmsh.model.getParametrizationBounds(1, abs(tag)))
+    n = 1 if gmsh.model.getType(1, abs(tag)) == "Line" else _CHORDS
+    flat = gmsh.model.getValue(1, abs(tag), [low + (high - low) * i / n for i in range(n + 1)])
+    points = [_xy(flat[3 * i : 3 * i + 3]) for i in range(n + 1)]
+    return points if tag > 0 else points[::-1]
+
+
+def _xy(at: Line) -> Point:
+    return (round(float(at[0]), 9), round(float(at[1]), 9))  # type: ignore[arg-type]
+
+
+def _joined(lines: list[list[Point]], otherwise: str) -> list[Point]:
+    """Polylines that follow on each other, in any order and direction, as one."""
+    chain, rest = list(lines[0]), list(lines[1:])
+    while rest:
+        for line in rest:
+            for way in (line, line[::-1]):
+                if way[0] == chain[-1]:
+                    chain += way[1:]
+                    break
+                if way[-1] == chain[0]:
+                    chain = way[:-1] + chain
+                    break
+            else:
+                continue
+            rest.remove(line)
+            break
+        else:
+            raise MeshError(otherwise, "file")
+    return chain

@@ -1,0 +1,48 @@
+"""A 2D body before it is meshed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..paths import SLACK, Line, Point, nodes_on_segment
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A 2D body before it is meshed. Lengths in mm.
+
+    Parameters
+    ----------
+    corners : of the body, counter-clockwise.
+    crack, slits : polylines of the crack and of notches without width, inside the body.
+    nodes : points that must be nodes, by the name of the point set they end up in.
+    edges : polylines along the outline, by the name of the point set of their nodes.
+    half : the crack runs along the outline, and a mirror image stands on its other side.
+    """
+
+    corners: Line
+    crack: Sequence[Line]
+    slits: Sequence[Line] = ()
+    nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
+    edges: Mapping[str, Sequence[Point]] = field(default_factory=dict)
+    half: bool = False
+
+    @property
+    def area(self) -> float:
+        """Area inside the corners, mm^2."""
+        x, y = np.asarray(self.corners, dtype=float).T
+        return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+    @property
+    def slack(self) -> float:
+        """Distance below which two points are one, mm."""
+        return SLACK * float(np.ptp(np.array(self.corners, dtype=float), axis=0).max())
+
+    def has_on_face(self, point: Point) -> bool:
+        """Whether a point lies on the outer face."""
+        at = np.array([point], dtype=float)
+        ends = zip(self.corners, [*self.corners[1:], self.corners[0]], strict=True)
+        return any(bool(nodes_on_segment(at, a, b, self.slack)[0]) for a, b in ends)

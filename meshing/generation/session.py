@@ -1,0 +1,171 @@
+"""gmsh: its session, geometry, element sizes, and the mesh as a meshio.Mesh."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from itertools import pairwise
+from types import ModuleType
+
+import meshio
+import numpy as np
+
+from ..arrays import Array, Index
+from ..cells import CELLS, counter_clockwise
+from ..errors import MeshError
+from ..paths import Line
+from .refinement import halved
+from .sizes import GROWTH, MeshSizes
+
+#: growth in a mesh whose cells are divided afterwards: more would spoil their shapes
+_MOST_GROWTH = 0.5
+
+#: meshio's name by gmsh's element number
+_NAMES = {cell.gmsh: name for name, cell in CELLS.items() if cell.gmsh is not None}
+
+
+def load_gmsh() -> ModuleType:
+    """The gmsh module, or a MeshError with the install command if its system libraries are missing."""
+    try:
+        import gmsh
+    except OSError as error:
+        raise MeshError(
+            f"gmsh needs system libraries that are missing here ({error}); on Debian or Ubuntu: "
+            "apt-get install -y libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
+        ) from None
+    module: ModuleType = gmsh
+    return module
+
+
+@contextmanager
+def session() -> Iterator[ModuleType]:
+    """gmsh between its start and its end: quiet, on one thread, its errors as MeshErrors."""
+    gmsh = load_gmsh()
+    gmsh.initialize(interruptible=False)
+    with suppress(ValueError, TypeError):  # gmsh takes SIGTERM away; not from another thread or an embedding program
+        signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
+    try:
+        gmsh.option.setNumber("General.Verbosity", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh on every machine
+        yield gmsh
+    except Exception as error:
+        if type(error) is Exception:  # gmsh raises nothing more specific
+            raise MeshError(f"gmsh cannot mesh this geometry: {error}") from None
+        raise
+    finally:
+        gmsh.finalize()
+
+
+def add_face(gmsh: ModuleType, corners: Line) -> tuple[int, int]:
+    """A polygon in gmsh: (2, tag)."""
+    occ = gmsh.model.occ
+    points = [occ.addPoint(*p, 0) for p in corners]
+    loop = [occ.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+    return (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+
+
+def add_lines(gmsh: ModuleType, line: Line) -> list[tuple[int, int]]:
+    """The segments of a polyline in gmsh: (1, tag) each."""
+    tags = [gmsh.model.occ.addPoint(*p, 0) for p in line]
+    return [(1, gmsh.model.occ.addLine(a, b)) for a, b in pairwise(tags)]
+
+
+def divide(gmsh: ModuleType, curve: int, size: float) -> None:
+    """Divide a straight curve evenly, into at least one element."""
+    a, b = (gmsh.model.getValue(0, p, []) for _, p in gmsh.model.getBoundary([(1, curve)], oriented=False))
+    gmsh.model.mesh.setTransfiniteCurve(curve, max(1, round(math.dist(a, b) / size)) + 1)
+
+
+def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor: float, is_divided: bool = False) -> None:
+    """Shape of the elements, and sizes that grow with the distance from some curves.
+
+    Parameters
+    ----------
+    curves : tags of the crack path.
+    factor : by which the elements that gmsh makes are larger than wanted, since their edges are halved afterwards.
+    is_divided : whether gmsh itself halves those of quadrilaterals once.
+    """
+    field, option = gmsh.model.mesh.field, gmsh.option.setNumber
+    distance = field.add("Distance")
+    field.setNumbers(distance, "CurvesList", curves)
+    field.setNumber(distance, "Sampling", 200)
+    growth = max(GROWTH, min(_MOST_GROWTH, (factor / 2 if is_divided else factor) * GROWTH))
+    size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size, growth)
+    if sizes.shape == "quad":
+        option("Mesh.Algorithm", 8)
+        option("Mesh.RecombineAll", 1)
+        option("Mesh.RecombinationAlgorithm", 1)
+        option("Mesh.SubdivisionAlgorithm", 1 if is_divided else 0)
+    else:
+        option("Mesh.Algorithm", 6)
+
+
+def size_field(gmsh: ModuleType, distance: str, near: float, far: float, growth: float = GROWTH) -> None:
+    """Element sizes that grow from `near` to `far` (mm) with a distance, an expression of gmsh in x, y, z and fields."""
+    field = gmsh.model.mesh.field
+    size = field.add("MathEval")
+    field.setString(size, "F", f"Min({far!r}, {near!r} + {growth} * {distance})")
+    field.setAsBackgroundMesh(size)
+    for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
+        gmsh.option.setNumber(f"Mesh.{extra}", 0)
+
+
+def generate(gmsh: ModuleType, order: int) -> None:
+    """Generate the 2D mesh, of second order without interior nodes if so wanted."""
+    gmsh.model.mesh.generate(2)
+    if order == 2:
+        gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
+        gmsh.model.mesh.setOrder(2)
+
+
+def collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]] = (), dimension: int = 2) -> meshio.Mesh:
+    """Mesh of the faces, or of the volumes, a block for each type of cell, then one for each type on each face `apart`.
+
+    Nodes that no cell uses are dropped; 2D cells are counter-clockwise.
+    """
+    return _collect(gmsh, apart, dimension)[0]
+
+
+def collect_halved(gmsh: ModuleType, times: int, order: int) -> meshio.Mesh:
+    """Mesh of the faces with all edges halved some times, see `refinement.halved`; new nodes of curves lie on them."""
+    mesh, index = _collect(gmsh, (), 2)
+    curves = {}
+    for _, tag in gmsh.model.getEntities(1):
+        if gmsh.model.getType(1, tag) != "Line":
+            kinds, _, nodes = gmsh.model.mesh.getElements(1, tag)
+            curves[tag] = index[np.concatenate([np.asarray(flat, dtype=np.int64).reshape(-1, 2) for flat in nodes])]
+            assert list(kinds) == [CELLS["line"].gmsh]
+
+    def project(tag: int, points: Array) -> Array:
+        flat = np.column_stack([points, np.zeros(len(points))]).ravel()
+        closest, _ = gmsh.model.getClosestPoint(1, tag, flat)
+        return np.asarray(closest).reshape(-1, 3)[:, :2]
+
+    return halved(mesh, curves, project, times, order)
+
+
+def _collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]], dimension: int) -> tuple[meshio.Mesh, Index]:
+    """The mesh as `collect` gives it, and its node by gmsh's tag."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    bulk: dict[str, list[Index]] = {}
+    last: list[tuple[str, Index]] = []
+    for entity in [*(entity for entity in gmsh.model.getEntities(dimension) if entity not in apart), *apart]:
+        kinds, _, connectivity = gmsh.model.mesh.getElements(*entity)
+        for kind, flat in zip(kinds, connectivity, strict=True):
+            cells = np.asarray(flat, dtype=np.int64).reshape(-1, gmsh.model.mesh.getElementProperties(kind)[3])
+            if entity in apart:
+                last.append((_NAMES[kind], cells))
+            else:
+                bulk.setdefault(_NAMES[kind], []).append(cells)
+    blocks = [*((kind, np.concatenate(parts)) for kind, parts in bulk.items()), *last]
+    used = np.unique(np.concatenate([block.ravel() for _, block in blocks]))
+    index = np.zeros(int(max(tags)) + 1, dtype=np.int64)
+    index[used] = np.arange(len(used))
+    position = np.empty((len(index), dimension))
+    position[np.asarray(tags, dtype=np.int64)] = coordinates.reshape(-1, 3)[:, :dimension]
+    points, blocks = position[used], [(kind, index[block]) for kind, block in blocks]
+    if dimension == 2:
+        blocks = [(kind, counter_clockwise(points, kind, block)) for kind, block in blocks]
+    return meshio.Mesh(points, blocks), index

@@ -1,0 +1,96 @@
+"""A plane body of the user's own outline, from corners or a .geo file."""
+
+from __future__ import annotations
+
+import math
+from itertools import permutations
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cohesive import SceneError
+from meshing import MeshError
+from meshing.files.geo import read_outline
+from tests.growth.beams import outlined_beam
+
+GEO = """
+Point(1) = {0, 0, 0}; Point(2) = {10, 0, 0}; Point(3) = {10, 10, 0}; Point(4) = {5, 10, 0}; Point(5) = {0, 5, 0};
+Point(6) = {0, 10, 0};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Circle(4) = {4, 6, 5}; Line(5) = {5, 1};
+Curve Loop(1) = {1, 2, 3, 4, 5}; Plane Surface(1) = {1};
+Physical Curve("base") = {1}; Physical Curve("arc") = {4}; Physical Point("pin") = {2};
+"""
+
+
+def test_a_geo_file_gives_outline_and_names(tmp_path: Path) -> None:
+    """A square of 10 mm without a quarter of a circle, whose arc becomes 24 chords: they take away less by 1 - sin(a)/a,
+    a = 90/24 degrees."""
+    (tmp_path / "plate.geo").write_text(GEO)
+    outline = read_outline(tmp_path / "plate.geo")
+    a = math.radians(90 / 24)
+    assert outline.area == pytest.approx(100.0 - 6.25 * math.pi * math.sin(a) / a, rel=1e-9)
+    assert len(outline.edges["arc"]) == 25
+    assert {tuple(p) for p in outline.edges["base"]} == {(0.0, 0.0), (10.0, 0.0)}
+    assert outline.nodes["pin"] == [(10.0, 0.0)]
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match=r"^file = .*: there is no such file$"):
+        read_outline(tmp_path / "none.geo")
+    (tmp_path / "empty.geo").write_text("Point(1) = {0, 0, 0};")
+    with pytest.raises(MeshError, match=r"^file = .*: it has 0 faces; expected one$"):
+        read_outline(tmp_path / "empty.geo")
+
+
+def test_notches_start_cracks_at_their_ends_in_the_body() -> None:
+    specimen = outlined_beam().specimen
+    ((tip, direction),) = specimen.starts
+    assert tip == (-50.0, 20.0)
+    assert direction == pytest.approx((0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"specimen.corners": None}, r"^specimen.corners, file: expected one of these keys$"),
+        ({"specimen.corners": [[0, 0], "a"]}, r"^specimen.corners = "),
+        ({"specimen.edges": {"top": 3}}, r"^specimen.edges.top = "),
+        ({"specimen.supports": []}, r"^specimen.supports = \[\]: expected a list"),
+        ({"specimen.gauge_plus": None}, r"^specimen.gauge_minus, gauge_plus: expected both or none$"),
+    ],
+)
+def test_what_does_not_fit_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        outlined_beam().with_(**changes)
+
+
+def test_a_path_that_is_to_be_found_counts_as_half_the_longest_side() -> None:
+    """Of the beam, 250 x 80 mm, turned upright, whose corners lie on all sides of the origin."""
+    for degrees in (0.0, 90.0):
+        assert outlined_beam(degrees).specimen.path_length == pytest.approx(125.0)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("tags", list(permutations((1, 2, 3))))
+def test_curves_of_a_group_are_joined_in_any_order(tmp_path: Path, tags: tuple[int, int, int], reverse: bool) -> None:
+    """Three sides of a rectangle, of which gmsh hands out the one with the lowest number first; the third is drawn the other
+    way round."""
+    a, b, c = tags
+    loop = f"-4, {c}, -{b}, -{a}" if reverse else f"{a}, {b}, -{c}, 4"
+    (tmp_path / "plate.geo").write_text(
+        "Point(1) = {0, 0, 0}; Point(2) = {3, 0, 0}; Point(3) = {3, 2, 0}; Point(4) = {0, 2, 0};"
+        f"Line({a}) = {{1, 2}}; Line({b}) = {{2, 3}}; Line({c}) = {{4, 3}}; Line(4) = {{4, 1}};"
+        f'Curve Loop(1) = {{{loop}}}; Plane Surface(1) = {{1}}; Physical Curve("three") = {{1, 2, 3}};\n'
+    )
+    outline = read_outline(tmp_path / "plate.geo")
+    three = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]
+    assert list(outline.edges["three"]) in (three, three[::-1])
+    assert outline.area == pytest.approx(6.0) and set(outline.corners) == set(three)
+
+
+def test_a_notch_with_a_bend_starts_a_crack_along_its_last_part() -> None:
+    bent = outlined_beam(specimen__notches=[[[-50, 0], [-50, 10], [-40, 20]]]).specimen
+    ((tip, direction),) = bent.starts
+    assert tip == (-40.0, 20.0)
+    assert direction == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
