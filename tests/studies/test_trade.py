@@ -151,7 +151,7 @@ def test_on_another_scene_errors_may_not_cancel() -> None:
     assert [found.promise(trial, True) for trial in trials] == pytest.approx([3.0 * e + 0.001 for e in elsewhere])
 
 
-def test_some_knobs_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_some_settings_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
     scene = Scene.load("notched-beam").with_(**CHANGES, **{"stage.0.to": 0.03})
     labels = {trial.label for trial in trade(scene, pool, settings=["half", "tolerance"]).trials}
@@ -160,6 +160,17 @@ def test_some_knobs_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> Non
     assert not any("steps" in each or "width" in each for each in labels)
     with pytest.raises(SceneError, match=f"settings: 'width of it' is unknown; expected some of {', '.join(SETTINGS)}"):
         trade(scene, pool, settings=["width of it"])
+    with (
+        pytest.warns(DeprecationWarning, match=r"trade\(knobs=...\) is now trade\(settings=...\)"),
+        pytest.raises(SceneError, match="settings: 'no setting' is unknown"),
+    ):
+        trade(scene, pool, knobs=["no setting"])
+
+
+def test_the_old_option_says_its_new_name(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["trade", "notched-beam", "-o", str(tmp_path / "out"), "--knobs", "no setting"]) == 2
+    said = capsys.readouterr().err
+    assert "--knobs is now --settings" in said and "'no setting' is unknown" in said
 
 
 def table(folder: Path) -> list[dict[str, str]]:
