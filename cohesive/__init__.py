@@ -3,41 +3,34 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-#: where each public name lives; it is loaded when it is first asked for
-_HOME = {
-    "Comparison": "cohesive.studies.comparison",
-    "Concrete": "cohesive.law.concrete",
-    "CrackPlane": "cohesive.law.crack_plane",
-    "Fit": "cohesive.studies.fit_result",
-    "Interrupted": "cohesive.errors",
-    "LinearControl": "cohesive.solver.controls",
-    "Measured": "cohesive.measured.curve",
-    "MeshError": "meshing.errors",
-    "NotConverged": "cohesive.errors",
-    "PlaneSpecimen": "meshing.specimens",
-    "Prepared": "cohesive.model.prepared",
-    "Result": "cohesive.results.result",
-    "Scene": "cohesive.scenes.scene",
-    "SceneError": "cohesive.errors",
-    "Stage": "cohesive.solver.stages",
-    "Sweep": "cohesive.studies.sweep",
-    "Trade": "cohesive.studies.trade",
-    "compare": "cohesive.studies.compare",
-    "fit": "cohesive.studies.fit",
-    "prepare": "cohesive.model.prepared",
-    "read_measured": "cohesive.measured.reading",
-    "register_control": "cohesive.solver.controls",
-    "register_softening": "cohesive.law.softening",
-    "register_specimen": "meshing.specimens",
-    "resume": "cohesive.simulation",
-    "run": "cohesive.simulation",
-    "sensitivities": "cohesive.studies.sensitivities",
-    "settings_for": "cohesive.studies.accuracy",
-    "sweep": "cohesive.studies.sweep",
-    "trade": "cohesive.studies.trade",
+#: the public names by the module where they live; one is loaded when it is first asked for
+_NAMES = {
+    "cohesive.errors": "Interrupted NotConverged SceneError",
+    "cohesive.law.concrete": "Concrete",
+    "cohesive.law.crack_plane": "CrackPlane",
+    "cohesive.law.softening": "register_softening",
+    "cohesive.measured.curve": "Measured",
+    "cohesive.measured.reading": "read_measured",
+    "cohesive.model.prepared": "Prepared prepare",
+    "cohesive.results.result": "Result",
+    "cohesive.scenes.scene": "Scene",
+    "cohesive.simulation": "resume run",
+    "cohesive.solver.controls": "LinearControl register_control",
+    "cohesive.solver.stages": "Stage",
+    "cohesive.studies.accuracy": "settings_for",
+    "cohesive.studies.compare": "compare",
+    "cohesive.studies.comparison": "Comparison",
+    "cohesive.studies.fit": "fit",
+    "cohesive.studies.fit_result": "Fit",
+    "cohesive.studies.sensitivities": "sensitivities",
+    "cohesive.studies.sweep": "Sweep sweep",
+    "cohesive.studies.trade": "Trade trade",
+    "meshing.errors": "MeshError",
+    "meshing.specimens": "PlaneSpecimen register_specimen",
 }
+_HOME = {name: home for home, names in _NAMES.items() for name in names.split()}
 
-__all__ = list(_HOME)
+__all__ = sorted(_HOME)
 
 if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
     from collections.abc import Sequence

@@ -7,31 +7,22 @@ pressure or E of a part. Nothing here solves: no stiffness matrix, stress or dis
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-#: where each public name lives; it is loaded when it is first asked for
-_HOME = {
-    "MeshError": "meshing.errors",
-    "MeshSizes": "meshing.generation.sizes",
-    "MixedModePlate": "meshing.specimens",
-    "NotchedBeam": "meshing.specimens",
-    "NotchedTension": "meshing.specimens",
-    "Outline": "meshing.generation.outline",
-    "PlaneSpecimen": "meshing.specimens",
-    "PushOff": "meshing.specimens",
-    "SandwichPanel": "meshing.specimens",
-    "SingleCrack": "meshing.specimens",
-    "SingleCrack3D": "meshing.specimens",
-    "Specimen": "meshing.specimens",
-    "UserMesh": "meshing.specimens",
-    "crack_front_length": "meshing.cutting.insertion",
-    "insert_cracks": "meshing.cutting.insertion",
-    "mesh_band": "meshing.generation.band",
-    "mesh_body": "meshing.generation.polygon",
-    "mesh_polygon": "meshing.generation.polygon",
-    "read_band_mesh": "meshing.files.bands",
-    "read_mesh": "meshing.files.reading",
+#: the public names by the module where they live; one is loaded when it is first asked for
+_NAMES = {
+    "meshing.cutting.insertion": "crack_front_length insert_cracks",
+    "meshing.errors": "MeshError",
+    "meshing.files.bands": "read_band_mesh",
+    "meshing.files.reading": "read_mesh",
+    "meshing.generation.band": "mesh_band",
+    "meshing.generation.outline": "Outline",
+    "meshing.generation.polygon": "mesh_body mesh_polygon",
+    "meshing.generation.sizes": "MeshSizes",
+    "meshing.specimens": "MixedModePlate NotchedBeam NotchedTension PlaneSpecimen PushOff SandwichPanel SingleCrack "
+    "SingleCrack3D Specimen UserMesh",
 }
+_HOME = {name: home for home, names in _NAMES.items() for name in names.split()}
 
-__all__ = list(_HOME)
+__all__ = sorted(_HOME)
 
 if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
     from .cutting.insertion import crack_front_length as crack_front_length

@@ -39,8 +39,14 @@ except MeshError as refused:
     print(refused.key)
 
 
-def both(lines: list[list[tuple[float, float]]]) -> Scene:
-    return scene.along(lines)
+def both(lists: list[list[tuple[float, float]]], tuples: tuple[tuple[tuple[float, float], ...], ...]) -> tuple[Scene, Scene]:
+    return scene.along(lists), scene.along(tuples)
+
+
+class Mine(PlaneSpecimen):
+    @property
+    def paths(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        return (((0.0, 0.0), (0.0, 1.0)),)
 '''
 
 

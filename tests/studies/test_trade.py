@@ -158,6 +158,17 @@ def test_some_settings_only(pool: Executor) -> None:
     assert not any("steps" in each or "width" in each for each in labels)
     with pytest.raises(SceneError, match=f"settings: 'width of it' is unknown; expected some of {', '.join(SETTINGS)}"):
         trade(scene, pool, settings=["width of it"])
+    with (
+        pytest.warns(DeprecationWarning, match=r"trade\(knobs=...\) is now trade\(settings=...\)"),
+        pytest.raises(SceneError, match="settings: 'no setting' is unknown"),
+    ):
+        trade(scene, pool, knobs=["no setting"])
+
+
+def test_the_old_option_says_its_new_name(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["trade", "notched-beam", "-o", str(tmp_path / "out"), "--knobs", "no setting"]) == 2
+    said = capsys.readouterr().err
+    assert "--knobs is now --settings" in said and "'no setting' is unknown" in said
 
 
 def table(folder: Path) -> list[dict[str, str]]:
