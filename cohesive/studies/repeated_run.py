@@ -38,8 +38,7 @@ class Rows:
 
     Attributes
     ----------
-    scene : Scene that was run
-    stages : its stages
+    scene : Scene that was run: `run` gives these rows again
     model : Model
     steps : list of Step
     dead : list of Step that brought the body under its dead loads
@@ -48,7 +47,6 @@ class Rows:
     """
 
     scene: Scene
-    stages: Sequence[Stage]
     model: Model
     steps: list[Step]
     dead: Sequence[Step]
@@ -114,21 +112,23 @@ class RepeatedRun:
         TooCostly
             If it takes more than `most`.
         """
-        scene = self.scene.with_(**values)
-        stages = scene.stages if stages is None else stages
-        model = self.model(scene)
+        changes: dict[str, Any] = {**values}
+        if stages is not None:
+            changes["stage"] = [stage.data for stage in stages]
         if tol is not None:
-            model = replace(model, problem=replace(model.problem, tol=tol))
+            changes["solver.tol"] = tol
+        scene = self.scene.with_(**changes)
+        model = self.model(scene)
         problem = model.problem
         if self.most is not None:
             problem = replace(problem, stiffness=_Counted(problem.stiffness, self.most))
-        stepper = solve(problem, stages, model.recorded, scene.solver.step_growth)
+        stepper = solve(problem, scene.stages, model.recorded, scene.solver.step_growth)
         model = replace(model, problem=stepper.problem)
         steps = list(stepper)
         self.runs += 1
         records = [model.record(step.equilibrium.state) for step in steps]
         history = {name: np.array([r[name] for r in records]) for name in (records[0] if records else ())}
-        return Rows(scene, stages, model, steps, stepper.dead, stepper.notes, history)
+        return Rows(scene, model, steps, stepper.dead, stepper.notes, history)
 
     def is_exact(self, keys: Sequence[str], stages: Sequence[Stage]) -> bool:
         """Whether the steps of these stages can be differentiated in some keys."""

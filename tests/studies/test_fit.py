@@ -90,7 +90,7 @@ def test_a_band_ends_in_the_feasible_set() -> None:
         beam(**{"material.ft": 1.5, "material.Gf": 0.15}), {k: VARY[k] for k in OFF if k != "material.E"}, reference=band
     )
     assert found.interval_kind == "feasible"
-    assert found.problem.data[0].inside(found.trial.loads[0]) == 10
+    assert found.problem.data[0].inside(found.best.loads[0]) == 10
     low, high = found.intervals["material.Gf"]
     assert low < 0.1 < high
 
