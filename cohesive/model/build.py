@@ -37,6 +37,10 @@ from .model import Model
 from .path_size import path_size_note
 
 
+#: motion that stands for the dead loads over the size of the body: some strain before a crack
+_DEAD_FACTOR = 1e-6
+
+
 def build(scene: Scene, tangent: str = "consistent", on_phase: Callable[[str], None] | None = None) -> Model:
     """Mesh and assemble a scene.
 
@@ -206,6 +210,12 @@ def _cracks(scene: Scene, mesh: CrackedMesh, cracking: Sequence[ElasticBlock]) -
     return band_part(scene.material, scene.band, mesh, cracking, t, length_of, known)
 
 
+def _dead_factor(mesh: CrackedMesh) -> float:
+    """Motion at which the dead loads act whole, mm: of the size of the others, so that the force on it is of theirs. It knows
+    nothing of the law, so that a mesh with another law gives the same run as a new one."""
+    return _DEAD_FACTOR * float(np.ptp(mesh.points, axis=0).max())
+
+
 def _area(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> float:
     """Area of the crack, mm^2; if nothing tells, its order."""
     extent = float(np.ptp(mesh.points, axis=0).max())
@@ -231,8 +241,8 @@ def _unknowns(
     if scene.model.half:
         K *= 2.0  # load and energies are those of the whole
         dead = None if dead is None else 2.0 * dead
-    if dead is not None:  # by a motion of the size of the others, whose force is then of theirs
-        dead /= cracks.point_law.onset_jump
+    if dead is not None:
+        dead /= _dead_factor(mesh)
     operator = _without_cancelled(cracks.operator @ unknowns.transform)
     rows = measures(scene.specimen, scene.model.half, mesh, cracks.faces)
     rows = {name: row @ unknowns.transform for name, row in rows.items()}
@@ -297,7 +307,7 @@ def _problem(
         scene.material.Gf * area,
         {name: row[at] for name, row in rows.items()},
         scene.solver.tol,
-        dead_factor=0.0 if bulk.dead is None else cracks.point_law.onset_jump,
+        dead_factor=0.0 if bulk.dead is None else _dead_factor(mesh),
     )
 
 
