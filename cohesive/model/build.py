@@ -36,7 +36,6 @@ from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 from .path_size import path_size_note
 
-
 #: motion that stands for the dead loads over the size of the body: some strain before a crack
 _DEAD_FACTOR = 1e-6
 

@@ -40,6 +40,11 @@ class Watch:
         self._peak = max(self._peak, state.load)
         self._largest = max(self._largest, abs(state.load))
 
+    @property
+    def pushed(self) -> float:
+        """Largest load, N, if all are negative; 0 if not."""
+        return 0.0 if self._peak > 0 else self._largest
+
     def departs(self, event: Event, before: State, after: State) -> bool:
         """Whether the quantity moves away from its value, and not by rounding: on a separated crack it stays what it is."""
         ((name, value),) = event.items()

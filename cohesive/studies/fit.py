@@ -112,8 +112,8 @@ def fit(
     problem = _problem(each, vary, reference, loss, weights, own)
     first = _first(problem)
     _refuse_unseen(problem, first)
-    minima = _minima(problem, _starts(problem, starts))
-    best = problem.evaluate(minima[0].z)
+    found_minima = minima(problem, _starts(problem, starts))
+    best = problem.evaluate(found_minima[0].z)
     added = _scatter(problem, best, scatter or {})
     found = statistics(problem, best, added)
     kind, ends = _intervals(problem, best, found, profile)
@@ -122,7 +122,7 @@ def fit(
         ends = best.z[:, None] + np.sign(ends - best.z[:, None]) * np.hypot(ends - best.z[:, None], half[:, None])
     ends = np.clip(ends, best.z[:, None] - _FURTHEST, best.z[:, None] + _FURTHEST)
     words = in_words(problem.parameters, best.z, ends, found.correlation, found.count, kind == "feasible")
-    return Fit(each, problem, minima, best, found, ends, kind, words, check)
+    return Fit(each, problem, found_minima, best, found, ends, kind, words, check)
 
 
 def _problem(
@@ -244,7 +244,7 @@ def _starts(problem: FitProblem, count: int) -> list[Array]:
     return found
 
 
-def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
+def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
     """The distinct minima, the best one first."""
     found: list[Minimum] = []
     middle = np.array([each.bounds for each in problem.parameters]).mean(axis=1)

@@ -231,6 +231,25 @@ def test_what_only_the_search_sees_is_refused_too() -> None:
         build(eccentric_beam())
 
 
+def test_a_drive_the_other_way_round_finds_the_same_path_and_says_so() -> None:
+    beam = outlined_beam(grow__segment=16.0, stage__0__steps=10)
+    turned_round = beam.with_(**{"specimen.drive.direction": [-c for c in beam.data["specimen"]["drive"]["direction"]]})
+    pulled, pushed = run(beam), run(turned_round)
+    np.testing.assert_allclose(pushed.path, pulled.path, atol=1e-9)
+    assert pushed.history["load"].min() == pytest.approx(-pulled.peak_load)
+    assert any(note.startswith("warning: no load is positive, they go down to -45") for note in pushed.notes)
+
+
+def test_a_path_is_found_by_dissipation_and_under_weight() -> None:
+    """Nothing else than the steps is another; the weight bends the beam as the load does, which it spares."""
+    options = {"grow__segment": 16.0, "stage__0__steps": 12}
+    opened = find_path(eccentric_beam(**options))
+    dissipated = find_path(eccentric_beam(**options, stage__0__control="dissipation", stage__0__to=80.0))
+    np.testing.assert_allclose(dissipated.lines[0][:3], opened.lines[0][:3], atol=2.0)  # mm, of steps of other lengths
+    heavy = find_path(eccentric_beam(**options, material__density=50 * 2400.0))
+    assert heavy.vertices[0].load < 0.95 * opened.vertices[0].load
+
+
 def test_a_geo_file_grows_the_crack_of_its_corners(tmp_path: Path) -> None:
     """From the command line, to the last digit."""
     beam = outlined_beam(grow__segment=16.0, stage__0__steps=15)
