@@ -97,7 +97,7 @@ def run_trial(
     scene = scene.along(lines)
     model = build(scene)
     stress = NodalStress.from_blocks(model.bulk)
-    probes = [Probe.ahead_of(stress, tip, heading, radius) for tip, heading in tips]
+    probes = [Probe.from_tip(stress, tip, heading, radius) for tip, heading in tips]
     nothing = [probe.nothing for probe in probes]
     trial = PathTrial(lines, probes, [None] * len(tips), nothing, dict(model.timings), not first_only)
     _march(trial, model, _stages(scene.stages, first_only, before), scene, largest_turn)

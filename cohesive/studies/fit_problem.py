@@ -212,8 +212,8 @@ def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) ->
     from scipy.interpolate import Akima1DInterpolator  # slow to import
 
     until, against = rows.scene.stages[-1].until, data.against
-    x = np.r_[0.0, rows.history[against]]
-    first = np.flatnonzero(np.diff(np.maximum.accumulate(x), prepend=-np.inf) > 0)
+    furthest = np.maximum.accumulate(np.r_[0.0, rows.history[against]])
+    first = np.flatnonzero(np.diff(furthest, prepend=-1.0) > 10.0 * _AT_ROWS * furthest[-1])  # none overtakes the next one
     if len(first) < 2:
         raise NotConverged(f"{against} never grows, in which the measured curve is given")
 
