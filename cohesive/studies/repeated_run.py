@@ -28,6 +28,9 @@ _AT_A_STATE, _OF_A_RUN = 1e-6, 1e-4
 #: tolerance of the runs that are differenced
 _TIGHT = 1e-10
 
+#: tables of a scene whose numbers are no parameters of what is computed
+_NO_PARAMETERS = ("stage", "mesh", "solver", "output", "reference", "model", "grow")
+
 #: parameters of the material that change more than the law and a factor of the stiffness
 _NOT_OF_THE_LAW = ("material.nu", "material.density")
 
@@ -242,13 +245,15 @@ def _is_of_body(key: str) -> bool:
 
 
 def value_of(scene: Scene, key: str) -> float:
-    """The number that a scene has for a dotted key.
+    """The number that a scene has for a dotted key in which its history may be differentiated.
 
     Raises
     ------
     SceneError
-        If there is none.
+        If there is none, or if it says how the scene is solved, not what it is.
     """
+    if key.split(".")[0] in _NO_PARAMETERS:
+        raise SceneError(f"{key}: the history has no derivative in it; expected a number of the material or the specimen", key)
     place: Any = scene.data
     for part in key.split("."):
         try:

@@ -246,7 +246,7 @@ def test_a_tip_is_critical_under_any_control_and_beside_a_weight() -> None:
     """Steps by dissipation come to the same state; a weight bends the beam as the load does, which it spares."""
 
     def load(**changes: Any) -> float:
-        search = Search(eccentric_beam(stage__0__steps=20, **changes))
+        search = Search(eccentric_beam(stage__0__steps=40, **changes))
         (crack,) = search.starts()
         lines = trial_lines([crack], search.body)
         trial = run_trial(search.scene, lines, [(crack.tip, crack.heading)], search.radius, LARGEST_TURN, True)
@@ -254,7 +254,7 @@ def test_a_tip_is_critical_under_any_control_and_beside_a_weight() -> None:
         return trial.critical[0].load
 
     opened = load()
-    assert load(stage__0__control="dissipation", stage__0__to=80.0) == pytest.approx(opened, rel=0.01)  # of other steps
+    assert load(stage__0__control="dissipation", stage__0__to=20.0) == pytest.approx(opened, rel=0.02)  # of other steps
     assert load(material__density=50 * 2400.0) < 0.95 * opened
 
 
