@@ -183,9 +183,9 @@ class CrackPlane:
         """Whether the softening curve has ended at the history Z, (n,): 1 - omega is 0, and nothing more can be dissipated."""
         return np.asarray(Z - self.Zt >= self.concrete.curve.end)  # as `intact` asks the curve, to the last digit
 
-    def is_spent(self, Z: Array) -> Mask:
+    def is_fully_softened(self, Z: Array) -> Mask:
         """Whether opening can bring no traction back, (n,): beyond the end of the curve, or with too little left of it."""
-        return np.asarray(Z - self.Zt >= self.concrete.spent)
+        return np.asarray(Z - self.Zt >= self.concrete.fully_softened)
 
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""

@@ -19,8 +19,17 @@ from ..errors import SceneError
 from .elements import Elements
 from .mesh import CrackedMesh
 
+#: stress, MPa, whose strain over the size of the body is the motion that stands for the dead loads
+_STRESS = 0.03
+
 #: kg/m^3 times m/s^2 in N/mm^3
 _PER_VOLUME = 1e-9
+
+
+def dead_motion(mesh: CrackedMesh, E: float) -> float:
+    """Motion at which the dead loads act whole, mm, with some modulus: of the size of the others, so that the force on it is
+    of theirs."""
+    return _STRESS * mesh.extent / E
 
 
 def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements) -> Array | None:

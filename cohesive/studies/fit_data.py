@@ -15,8 +15,8 @@ from ..measured.curve import Measured, Reference, outside
 #: pieces of equal length into which a curve with more rows is gathered
 PIECES = 100
 
-#: most measured places at which a run stands
-TARGETS = 80
+#: a run stands at each of so many measured places; at so many of a curve with more
+ROWS, TARGETS = 200, 100
 
 LOSSES = ("linear", "soft_l1", "band")
 
@@ -92,7 +92,7 @@ class Data:
     def targets(self) -> list[float]:
         """The measured places at which a run stands, mm."""
         x = np.unique(self.x[self.x > 0])
-        if len(x) > TARGETS:
+        if len(x) > ROWS:
             longest = max(self.curves, key=lambda each: len(each.x))
             s = _arc(longest)
             x = np.unique(np.interp(np.linspace(0.0, s[-1], TARGETS + 1), s, longest.x))
