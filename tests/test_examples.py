@@ -84,8 +84,7 @@ def test_width_matters(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_opening_and_closing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(opening_and_closing, "C_ZN", (9.0, 50.0))
+def test_opening_and_closing(tmp_path: Path) -> None:
     result = opening_and_closing.main(size=10.0, plot=tmp_path / "cycles.png")
     for model in opening_and_closing.MODELS:
         for c_zn in opening_and_closing.C_ZN:
@@ -214,9 +213,8 @@ def test_index_names_every_example_with_its_figure() -> None:
 
 
 @pytest.mark.long
-def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_benchmark(capsys: pytest.CaptureFixture[str]) -> None:
     """Its tables, not its times."""
-    monkeypatch.setattr(benchmark, "apart", lambda function, *arguments: function(*arguments))
     small, wide = ((2.5, far, "triangle", 1, "discrete") for far in (12.0, 6.0))
     fine, band = (1.25, 12.0, "triangle", 1, "discrete"), (2.5, 12.0, "triangle", 1, "smeared")
     tables = benchmark.main(sizes={"T3": small, "band": band})
@@ -235,9 +233,9 @@ def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
     assert steps == {"T3", "band", "small", "wide", "fine", "CrackPlane"}
 
 
-def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.long
+def test_benchmark_in_3d(capsys: pytest.CaptureFixture[str]) -> None:
     """Its tables, not its times."""
-    monkeypatch.setattr(benchmark_solid, "apart", lambda function, *arguments: function(*arguments))
     tables = benchmark_solid.main(True, {"coarse": (6.0, 25.0, 2), "finer": (4.0, 25.0, 3)})
     assert set(tables) == {"analysis", "growth", "elastic"}
     assert tables["growth"]["finer"]["active, ratio"] > 1.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,8 +18,11 @@ def shown(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[str]:
 def test_a_scene_is_shown_without_solving_anything(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cohesive.algebra.choice.condense", lambda *_: pytest.fail("condensed"))
-    lines = shown(capsys, "notched-beam", "-o", str(tmp_path), "--set", "mesh.crack_size=5")
+    """What would solve it is not there."""
+    monkeypatch.setitem(sys.modules, "petsc4py", None)
+    changes = ["--set", "mesh.crack_size=5", "--set", "solver.condensation=petsc"]
+    assert main(["run", "notched-beam", "-o", str(tmp_path / "out"), *changes]) == 2 and "petsc4py" in capsys.readouterr().err
+    lines = shown(capsys, "notched-beam", "-o", str(tmp_path), *changes)
     assert lines[0] == "Half-notched beam in three-point bending"
     assert "crack:     5 zero-thickness cells, path (0, 25) to (0, 50), 25 mm" in lines
     assert "held:      support_left, along y and x" in lines

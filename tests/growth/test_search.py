@@ -200,9 +200,12 @@ def test_no_sliding_leads_the_same_way() -> None:
     np.testing.assert_allclose(*(np.interp(heights, line[:, 1], line[:, 0]) for line in (stress, symmetry)), atol=4.0)
 
 
-def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Search, "slide", lambda *_: math.nan)
-    found = find_path(eccentric_beam(grow__criterion="symmetry", grow__segment=24.0))
+def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named() -> None:
+    class Blind(Search):
+        def slide(self, *_: Any) -> float:
+            return math.nan
+
+    found = Blind(eccentric_beam(grow__criterion="symmetry", grow__segment=24.0)).find()
     assert any(note.startswith("warning: the path follows the stress at (-50, 20), ") for note in found.notes)
 
 

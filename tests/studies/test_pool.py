@@ -15,9 +15,7 @@ from tests.builders import block
 SMALL = {"stage__0__to": 0.02, "solver__tol": 1e-6}
 
 
-@pytest.fixture(autouse=True)
-def _once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+pytestmark = pytest.mark.usefixtures("once")
 
 
 @pytest.mark.long

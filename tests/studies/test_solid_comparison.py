@@ -42,8 +42,7 @@ def test_profiles_are_means_over_the_thickness() -> None:
             np.testing.assert_allclose(opening, np.interp(s, at, expected), atol=1e-6 * expected.max())
 
 
-def test_a_comparison_without_a_band_is_refused_before_its_first_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.compare.run", lambda *_, **__: pytest.fail("a run was started"))
+def test_a_comparison_without_a_band_is_refused_before_its_first_run() -> None:
     for scene, message in (
         (
             coarse_beam("notched-beam-3d", "stress", mesh__shape="triangle", mesh__order=2),
@@ -52,4 +51,4 @@ def test_a_comparison_without_a_band_is_refused_before_its_first_run(monkeypatch
         (Scene.load("single-crack-3d"), r"^band.where = 'path': there is no crack band"),
     ):
         with pytest.raises(SceneError, match=message):
-            compare(scene)
+            compare(scene, on_step=lambda *_: pytest.fail("a run was started"))

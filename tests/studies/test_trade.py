@@ -22,7 +22,7 @@ CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
 
 
 @pytest.fixture
-def pool() -> Iterator[Executor]:
+def pool(once: None) -> Iterator[Executor]:
     """Trials share the process: their memory is not their own, the rest is."""
     with ThreadPoolExecutor(1) as executor:
         yield executor
@@ -37,8 +37,7 @@ def secant_finds_the_same(scene: Scene) -> Result:
 
 
 @pytest.mark.long
-def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path) -> None:
     seen: list[Trial] = []
     found = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
     assert {id(trial) for trial in seen} == {id(trial) for trial in found.trials} and found.trials[0].settings == {}
@@ -71,8 +70,7 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.parametrize("name", [pytest.param("notched-beam-3d", marks=pytest.mark.long), "single-crack-3d"])
-def test_a_trade_in_3d(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+def test_a_trade_in_3d(name: str, pool: Executor) -> None:
     sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
     if name == "single-crack-3d":
         sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
@@ -151,8 +149,7 @@ def test_on_another_scene_errors_may_not_cancel() -> None:
     assert [found.promise(trial, True) for trial in trials] == pytest.approx([3.0 * e + 0.001 for e in elsewhere])
 
 
-def test_some_knobs_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+def test_some_knobs_only(pool: Executor) -> None:
     scene = Scene.load("notched-beam").with_(**CHANGES, **{"stage.0.to": 0.03})
     labels = {trial.label for trial in trade(scene, pool, knobs=["half", "tolerance"]).trials}
     singles = {"half", "tolerance 0.01", "tolerance 0.001", "tolerance 1e-06"}
