@@ -142,12 +142,6 @@ def assert_said(arguments: list[str], message: str, capsys: pytest.CaptureFixtur
     assert "Traceback" not in error
 
 
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.results.result.Result.save", lambda *_: None)  # pictures are another matter
-
-
-@pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("name", TEXTS)
 def test_a_text(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text, message = TEXTS[name]
@@ -159,7 +153,6 @@ def test_a_text(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert_said(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")], message, capsys)
 
 
-@pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_change(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     change, message = CHANGES[name]
