@@ -6,6 +6,7 @@ Every import counts, those inside functions and under TYPE_CHECKING too.
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+
+import tests
 
 ROOT = Path(__file__).parents[1]
 
@@ -258,6 +261,16 @@ def test_private_names_stay_in_their_file() -> None:
         for line, name in private_names(path)
         if name not in defined(path) and name != "_repr_html_"  # what notebooks ask for
     )
+
+
+# -- tests ----------------------------------------------------------------------------------------
+
+
+def test_what_is_long_is_listed() -> None:
+    """In the docstring of the tests, by files."""
+    home, listed = ROOT / "tests", set(re.findall(r"^    (\S+\.py) +\w", str(tests.__doc__), flags=re.MULTILINE))
+    marked = {str(path.relative_to(home)) for path in files("tests") if re.search(r"mark\.long\b", path.read_text())}
+    assert listed == marked
 
 
 # -- sizes ------------------------------------------------------------------------------------------
