@@ -113,7 +113,7 @@ def test_a_signal_ends_a_run_and_keeps_its_history(
         ((meshing.polygon, "generate", 1), False, False),
         ((cohesive.solver.newton, "next_state", 8), True, False),
         ((cohesive.algebra.choice, "nested_dissection", 2), True, False),  # the second model, before its first step
-        ((cohesive.solver.newton, "next_state", 30), True, True),
+        pytest.param((cohesive.solver.newton, "next_state", 30), True, True, marks=pytest.mark.long),
     ],
 )
 def test_a_signal_ends_a_comparison(
@@ -225,7 +225,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_meshing(
     assert "output folder '/proc/self': cannot be written: " in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.long), signal.SIGTERM, signal.SIGKILL])
 @pytest.mark.parametrize("name", ["run", pytest.param("compare", marks=pytest.mark.long)])
 def test_a_process_keeps_the_history(number: signal.Signals, name: str, tmp_path: Path) -> None:
     """The same from outside, where nothing is in the way of the signal."""

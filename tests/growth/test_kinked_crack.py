@@ -87,6 +87,7 @@ def test_a_segment_that_does_not_slide_goes_where_fracture_mechanics_sends_it(sl
     assert root == pytest.approx(wanted, abs=tolerance)
 
 
+@pytest.mark.long
 def test_a_grown_crack_does_not_depend_on_its_segments() -> None:
     """A quarter of the segment length moves the path by less than .01 of half the first crack; its first direction is that of
     the largest hoop stress, to .3 degrees."""

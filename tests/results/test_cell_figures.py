@@ -35,7 +35,11 @@ def drawn(faces: list[Array], values: Array | None) -> Array:
     [(np.array([1.0, 0.3]), 0.025), (None, 0.045)],  # half a missing square is 5.5 %
     ids=["filled", "outlined"],
 )
-@pytest.mark.parametrize("faces", [[SQUARE, TRIANGLE - 1.0], [TRIANGLE, TRIANGLE - 1.0]], ids=["mixed", "triangles"])
+@pytest.mark.parametrize(
+    "faces",
+    [[SQUARE, TRIANGLE - 1.0], pytest.param([TRIANGLE, TRIANGLE - 1.0], marks=pytest.mark.long)],
+    ids=["mixed", "triangles"],
+)
 def test_many_cells_look_like_few(faces: list[Array], values: Array | None, edges: float) -> None:
     """But for pixels on the edges, which are not smoothed."""
     few = drawn(faces, values)

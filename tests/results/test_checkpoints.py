@@ -72,6 +72,7 @@ def test_a_resumed_run_equals_one_that_was_not_killed(row: int, model: str, tmp_
     assert len(lines) == 1 + len(whole.states)
 
 
+@pytest.mark.long
 def test_a_snap_back_is_resumed_within(tmp_path: Path) -> None:
     """Steps that were found and not handed out yet are part of the state."""
     scene = block(specimen__height=1200.0, specimen__width=20.0, mesh__far_size=40.0, mesh__crack_size=4.0)

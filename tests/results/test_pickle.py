@@ -62,6 +62,7 @@ def test_the_factorization_stays_behind(condensation: str) -> None:
         copy.problem.elastic_energy(copy.last.v)
 
 
+@pytest.mark.long
 def test_a_pickle_is_small() -> None:
     """Displacements and states of all rows: 0.7 MB in the discrete model, 1.2 MB in the smeared one."""
     for model in ("discrete", "smeared"):

@@ -101,7 +101,8 @@ from cohesive import sweep
 """
 
 
-@pytest.mark.parametrize("guard", ['if __name__ == "__main__":', pytest.param("if True:", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("guard", ['if __name__ == "__main__":', "if True:"])
 def test_processes_from_a_script(guard: str, tmp_path: Path) -> None:
     script = tmp_path / "swept.py"
     script.write_text(SCRIPT.format(guard=guard))
