@@ -6,6 +6,7 @@ Every import counts, those inside functions and under TYPE_CHECKING too.
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+import tests
 from cohesive.elements.registry import ELEMENTS
 from meshing.cells import CELLS
 
@@ -324,6 +326,16 @@ def test_cell_types_stand_once() -> None:
     }
     fails(f"{name}:{line} names a cell type" for name, line in naming.items() if name not in NAMES_OF_CELLS)
     assert set(NAMES_OF_CELLS) == set(naming)
+
+
+# -- tests ----------------------------------------------------------------------------------------
+
+
+def test_what_is_long_is_listed() -> None:
+    """In the docstring of the tests, by files."""
+    home, listed = ROOT / "tests", set(re.findall(r"^    (\S+\.py) +\w", str(tests.__doc__), flags=re.MULTILINE))
+    marked = {str(path.relative_to(home)) for path in files("tests") if re.search(r"mark\.long\b", path.read_text())}
+    assert listed == marked
 
 
 # -- sizes ------------------------------------------------------------------------------------------

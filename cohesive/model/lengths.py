@@ -20,6 +20,9 @@ TRACTION_FREE = 0.01
 #: lengths at which the compliance is computed; twice as many change the effective length by less than 0.2 % of the path
 _LENGTHS = 20
 
+#: root of a stiffness, over that of the undamaged body, below which it is rounding: the last points leave a mechanism
+_ROUNDING = 1e-4
+
 
 @dataclass(frozen=True)
 class CrackLengths:
@@ -83,7 +86,7 @@ class CrackLengths:
         open_lengths, roots = [0.0], [self._root(problem, order[:0])]
         for i in chosen.tolist():
             root = self._root(problem, order[: last[i] + 1])
-            if not 0 < root < roots[-1]:
+            if not _ROUNDING * roots[0] < root < roots[-1]:
                 break
             open_lengths.append(float(lengths[i]))
             roots.append(root)

@@ -22,7 +22,7 @@ from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree, 
 from cohesive.algebra.dissection import nested_dissection
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from cohesive.model.build import build
-from tests.builders import box
+from tests.builders import block, box
 
 COARSE = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 6, "output.frames": 0}
 
@@ -290,22 +290,18 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     model = build(beam)
     assert model.condensation.kind == "condensed" and model.condensation.why == ""  # nothing to weigh: 50 unknowns of 1000
-    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 1e-4)
-    model = build(beam)
-    assert model.condensation.kind == "whole" and "times the work" in model.condensation.why
-    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 10.0)
+    strip = build(block(specimen__height=1.0, mesh__crack_size=0.05, mesh__far_size=1.0))  # two rows beside its crack
+    assert strip.condensation.kind == "whole" and "times the work" in strip.condensation.why
     monkeypatch.setattr(cohesive.algebra.choice, "LARGE", 1.0)
     result = run(beam)
     assert result.facts.condensation == "condensed" and "eliminated once (condensed " in result.summary()
-    # where the dense matrix finds no room; where neither does, the smaller one
-    part, whole = cohesive.algebra.choice.Part, cohesive.algebra.choice.Whole
-    monkeypatch.setattr(part, "memory", property(lambda self: 2e9))
-    monkeypatch.setattr(whole, "memory", property(lambda self: 1e9))
-    for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
+    # where the dense matrix finds no room; where neither does, the smaller one: the beam's takes .46 MB, else 1.4 MB
+    cracked = Scene.load("single-crack-3d").with_(**{"mesh.crack_size": 4.0, "mesh.far_size": 40.0})
+    for scene, available, kind, hint in (
+        (cracked, 0.075e9 / 0.6, "whole", False), (cracked, 0.01e9, "whole", True), (beam, 1e5, "condensed", True)
+    ):  # fmt: skip
         monkeypatch.setattr(cohesive.algebra.choice, "machine_memory", lambda available=available: available)
-        model = build(beam)
-        assert model.condensation.kind == "whole" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
-        assert ("'petsc'" in model.condensation.why) == hint
-    monkeypatch.setattr(part, "memory", property(lambda self: 5e8))
-    assert build(beam).condensation.kind == "condensed"
+        model = build(scene)
+        assert model.condensation.kind == kind and ("'petsc'" in model.condensation.why) == hint
+        assert scene is beam or model.condensation.why.startswith("condensed 0.097 GB, else 0.059 GB")
     assert build(beam.with_(**{"solver.condensation": "never"})).condensation.kind == "whole"  # the user's word counts

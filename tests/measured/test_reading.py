@@ -200,6 +200,7 @@ def a_million(write: Callable[[float, float], str]) -> str:
     return "".join(write(a, b) for a, b in zip(x, np.exp(-x), strict=True)) * 10
 
 
+@pytest.mark.long
 def test_a_million_rows_take_seconds(tmp_path: Path) -> None:
     """1.9 s on a shared core, 115 s row by row in Python; the bound leaves room for a machine that is busy."""
     text = "Zeit;CMOD [mm];Kraft [N]\n" + a_million(lambda a, b: f"0,5;{a:.7f};{b:.5f}\n".replace(".", ","))

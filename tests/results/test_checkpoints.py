@@ -105,6 +105,7 @@ def test_what_a_run_knows_is_in_its_checkpoint(what: str, tmp_path: Path) -> Non
     np.testing.assert_array_equal(resumed.frame(-1).displacement, whole.frame(-1).displacement)
 
 
+@pytest.mark.long
 def test_a_snap_back_is_resumed_within(tmp_path: Path) -> None:
     """Steps that were found and not handed out yet are part of the state."""
     scene = block(specimen__height=1200.0, specimen__width=20.0, mesh__far_size=40.0, mesh__crack_size=4.0)

@@ -36,6 +36,7 @@ def test_an_earlier_run_in_the_same_folder_is_compared_with_and_kept(tmp_path: P
     assert again.agreement == result.agreement
 
 
+@pytest.mark.long
 def test_copies_of_another_scene_do_not_stay_and_other_files_do(tmp_path: Path) -> None:
     folder, mine = tmp_path / "out", tmp_path / "out" / "inputs" / "a.csv"
     mine.parent.mkdir(parents=True)

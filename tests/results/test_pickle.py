@@ -35,6 +35,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {name: content for name, content in found.items() if not name.endswith(".npz")}  # they hold the time of writing
 
 
+@pytest.mark.long
 def test_a_pickle_is_small() -> None:
     """Displacements and states of all rows: 0.7 MB in the discrete model, 1.2 MB in the smeared one."""
     for model in ("discrete", "smeared"):

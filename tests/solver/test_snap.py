@@ -115,6 +115,7 @@ def test_a_crack_without_an_equilibrium_close_by_snaps_to_the_next_one(branched:
     assert result.energy_error < 1e-3
 
 
+@pytest.mark.long
 def test_an_event_within_a_snap_ends_the_stage_behind_it(branched: Result) -> None:
     at = int(branched.history["cuts"].argmax())  # no step is cut as often as the one that must snap
     before, after = branched.history["dissipated"][at - 1 : at + 1]

@@ -107,6 +107,7 @@ def test_a_plate_on_hinges_comes_apart_at_the_smallest_tolerance(condensation: s
     assert result.dissipated_energy == pytest.approx(result.full_energy, rel=1e-6)
 
 
+@pytest.mark.long
 def test_dissipation_control_of_a_band_ends_at_its_targets(beam: Scene) -> None:
     result = run(beam.with_(stage=[{"control": "dissipation", "to": [20.0, 40.0], "steps": 10}]), model="smeared")
     assert result.dissipated_energy == pytest.approx(40.0, abs=1e-3)
