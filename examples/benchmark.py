@@ -163,10 +163,11 @@ def elastic_solve(scene: Scene, order: str, repeats: int = 2) -> Row:
     problem = build(scene).problem
     assert isinstance(problem.stiffness, SparseStiffness)
     rows, columns, values = problem.operator.stiffness(problem.point_law.elastic())
-    K = (problem.stiffness.matrix + sp.coo_array((values, (rows, columns)), shape=problem.stiffness.matrix.shape)).tocsc()
+    matrix = problem.stiffness.factor * problem.stiffness.matrix
+    K = (matrix + sp.coo_array((values, (rows, columns)), shape=matrix.shape)).tocsc()
     if order == "NATURAL":
         K = K[problem.stiffness.order][:, problem.stiffness.order].tocsc()
-    del problem  # and the factor with which it was seen to be held
+    del problem, matrix  # and the factor with which it was seen to be held
     load = np.random.default_rng(0).normal(size=K.shape[0])
     factors: list[spla.SuperLU] = []
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -118,9 +118,6 @@ class Condensation:
     recover: Callable[[Array], Array]
     why: str
 
-    def scaled(self, factor: float) -> Condensation:
-        """That of a body so many times stiffer, with dead loads so many times larger; nothing factored is shared."""
-        return replace(self, stiffness=self.stiffness.scaled(factor))
 
 
 def condense(bulk: Bulk, wanted: str) -> Condensation:

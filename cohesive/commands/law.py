@@ -56,7 +56,7 @@ def _execute(options: argparse.Namespace) -> int:
         write_file(folder / "softening.png", lambda path: responses.save_softening_figure(m, path, curves))
     except ParameterError as error:
         raise SceneError(f"--curves {options.curves}: {error}", "curves") from None
-    print(f"softening: {softening_name(m.softening)}; no traction from {m.spent:.4g} mm on")
+    print(f"softening: {softening_name(m.softening)}; no traction from {m.fully_softened:.4g} mm on")
     for name, (header, table) in tables.items():
         print(f"\n{name}\n  " + "  ".join(f"{column:>15}" for column in header.split(",")))
         for row in table[np.linspace(0, len(table) - 1, 9).round().astype(int)]:

@@ -183,7 +183,7 @@ class CrackBand:
 
     def is_separated(self, state: BandState) -> bool:
         cracks = state.planes
-        spent = self.plane.with_width(cracks.length).is_spent(cracks.Z)
+        spent = self.plane.with_width(cracks.length).is_fully_softened(cracks.Z)
         spent &= abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.concrete.ft
         return len(np.unique(cracks.point[spent])) == len(self.corners)
 

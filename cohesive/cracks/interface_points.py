@@ -70,7 +70,7 @@ class InterfaceLaw:
 
     def is_separated(self, state: InterfaceState) -> bool:
         gone = abs(state.stress).max() < 1e-8 * self.concrete.ft
-        return bool(gone) and bool(self.plane.is_spent(state.Z).all())
+        return bool(gone) and bool(self.plane.is_fully_softened(state.Z).all())
 
     def energies(self, state: InterfaceState) -> tuple[Array, Array]:
         return np.zeros(self.size), self.plane.stored_energy(state.deformation, state.Z)

@@ -42,7 +42,7 @@ class InterfaceVariation:
         return (answer(self.above, self.half) - answer(self.below, -self.half)) / (2.0 * self.half)
 
     @property
-    def onset(self) -> float:
+    def onset_jump(self) -> float:
         """Derivative of Zt = w ft/E, at which damage starts."""
         return float(self.above.plane.Zt - self.below.plane.Zt) / (2.0 * self.half)
 

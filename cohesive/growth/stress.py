@@ -135,7 +135,7 @@ class Probe:
     inside: Array
 
     @classmethod
-    def ahead_of(cls, stress: NodalStress, tip: Point, heading: float, radius: float) -> Probe:
+    def from_tip(cls, stress: NodalStress, tip: Point, heading: float, radius: float) -> Probe:
         """The probe of a tip.
 
         Parameters

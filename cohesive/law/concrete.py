@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from .softening import Softening
-from .softening_branches import Rise, first_branch, opening_of_first_branch, spent, steepest_rise
+from .softening_branches import Rise, first_branch, fully_softened, opening_of_first_branch, steepest_rise
 from .softening_choice import curve_of, fixes_strength, normalized, strength_and_energy
 
 
@@ -195,10 +195,10 @@ class Concrete:
         return curve_of(self.softening, float(self.ft), float(self.Gf))
 
     @cached_property
-    def spent(self) -> float:
+    def fully_softened(self) -> float:
         """Opening beyond the onset from which on the curve gives no traction, mm: its end; 17.5 Gf/ft of the exponential one,
         where its stress is below 1e-7 ft."""
-        return spent(self.curve)
+        return fully_softened(self.curve)
 
     @cached_property
     def steepest_rise(self) -> Rise | None:

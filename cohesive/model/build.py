@@ -36,6 +36,9 @@ from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 from .path_size import path_size_note
 
+#: stress, MPa, whose strain over the size of the body is the motion that stands for the dead loads
+_DEAD_STRESS = 0.03
+
 
 def build(scene: Scene, tangent: str = "consistent", on_phase: Callable[[str], None] | None = None) -> Model:
     """Mesh and assemble a scene.
@@ -86,21 +89,19 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
         Naming the key, its value and what was expected.
     """
     timings = dict.fromkeys(("mesh", "assemble", "condense"), 0.0)
-    factor = scene.material.E / own.material.E
     with _timed(timings, "assemble"), _keys_named():
         _check_held(scene, model.mesh, boundary(scene.specimen, model.mesh, scene.model.plane, scene.model.half))
         elastic, cracking = elements(scene, model.mesh)
         cracks = _cracks(scene, model.mesh, cracking)
         area = _area(scene, model.mesh, cracks)
-        condensation = model.condensation.scaled(factor)
         problem = replace(
             model.problem,
             point_law=cracks.point_law,
-            stiffness=condensation.stiffness,
+            stiffness=model.condensation.stiffness.scaled(_unit(scene)),
             strength=scene.material.ft * area,
             energy=scene.material.Gf * area,
             tol=scene.solver.tol,
-            dead_factor=model.problem.dead_factor / factor,  # the coupling to it grows with the stiffness
+            dead_factor=_dead_factor(model.mesh, scene.material.E) if model.problem.dead_factor else 0.0,
         )
     changed = replace(
         model,
@@ -109,7 +110,6 @@ def with_law(model: Model, own: Scene, scene: Scene, tangent: str = "consistent"
         cracks=cracks,
         lengths=CrackLengths.from_specimen(scene.specimen, cracks, problem.measures),
         problem=problem,
-        condensation=condensation,
         timings=timings,
         notes=_notes(scene, model.mesh, cracks),
     )
@@ -165,7 +165,7 @@ def elements(scene: Scene, mesh: CrackedMesh) -> tuple[list[ElasticBlock], list[
         raise SceneError(
             "model.plane = 'strain': the mesh is solid; expected no such key, and supports that hold its faces", "model.plane"
         )
-    D = elasticity(scene.material.E, scene.material.nu, scene.model.plane if mesh.dimension == 2 else None)
+    D = _elasticity(scene, mesh, scene.material.E)
     t, points = _thickness(scene, mesh), np.asarray(mesh.points, dtype=float)
     elastic = [
         ElasticBlock(block.type, points, block.data, _of_regions(scene, mesh, D, region), t)
@@ -176,6 +176,10 @@ def elements(scene: Scene, mesh: CrackedMesh) -> tuple[list[ElasticBlock], list[
         kind, columns = BAND_COLUMNS[block.type] if mesh.is_row else (block.type, list(range(block.data.shape[1])))
         cracking.append(ElasticBlock(kind, points, block.data[:, columns], D, t))
     return elastic, cracking
+
+
+def _elasticity(scene: Scene, mesh: CrackedMesh, E: float) -> Array:
+    return elasticity(E, scene.material.nu, scene.model.plane if mesh.dimension == 2 else None)
 
 
 def _of_regions(scene: Scene, mesh: CrackedMesh, D: Array, region: Index) -> Array:
@@ -206,6 +210,18 @@ def _cracks(scene: Scene, mesh: CrackedMesh, cracking: Sequence[ElasticBlock]) -
     return band_part(scene.material, scene.band, mesh, cracking, t, length_of, known)
 
 
+def _unit(scene: Scene) -> float:
+    """Modulus by which the stiffness of the bulk is divided before it is condensed, MPa, so that another modulus gives the
+    same numbers whether it came before or after; 1 if regions have moduli of their own."""
+    return 1.0 if scene.specimen.regions() else scene.material.E
+
+
+def _dead_factor(mesh: CrackedMesh, E: float) -> float:
+    """Motion at which the dead loads act whole, mm, with some modulus: of the size of the others, so that the force on it is
+    of theirs."""
+    return _DEAD_STRESS * float(np.ptp(mesh.points, axis=0).max()) / E
+
+
 def _area(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> float:
     """Area of the crack, mm^2; if nothing tells, its order."""
     extent = float(np.ptp(mesh.points, axis=0).max())
@@ -227,12 +243,15 @@ def _unknowns(
         unknowns = Unknowns.from_constraints(leader, held.supports, held.motions, held.mirror, factors)
     except ValueError as error:
         raise SceneError(f"specimen.{error}", "specimen") from None
-    K = bulk_stiffness(elements[0], mesh.points.size)
+    blocks, unit = elements[0], _unit(scene)
+    if not scene.specimen.regions():
+        blocks = [replace(block, D=_elasticity(scene, mesh, 1.0)) for block in blocks]
+    K = bulk_stiffness(blocks, mesh.points.size)
     if scene.model.half:
         K *= 2.0  # load and energies are those of the whole
         dead = None if dead is None else 2.0 * dead
-    if dead is not None:  # by a motion of the size of the others, whose force is then of theirs
-        dead /= cracks.point_law.onset_jump
+    if dead is not None:
+        dead /= _dead_factor(mesh, scene.material.E / unit)
     operator = _without_cancelled(cracks.operator @ unknowns.transform)
     rows = measures(scene.specimen, scene.model.half, mesh, cracks.faces)
     rows = {name: row @ unknowns.transform for name, row in rows.items()}
@@ -289,7 +308,7 @@ def _problem(
     return Problem(
         cracks.point_law,
         CrackOperator.from_matrix(bulk.operator[:, at].tocsr(), cracks.weights, cracks.where),
-        condensation.stiffness,
+        condensation.stiffness.scaled(_unit(scene)),
         drives,
         Loading.from_drives(loads, len(drives)),
         Springs.from_stiffness(*springs),
@@ -297,7 +316,7 @@ def _problem(
         scene.material.Gf * area,
         {name: row[at] for name, row in rows.items()},
         scene.solver.tol,
-        dead_factor=0.0 if bulk.dead is None else cracks.point_law.onset_jump,
+        dead_factor=0.0 if bulk.dead is None else _dead_factor(mesh, scene.material.E),
     )
 
 

@@ -86,6 +86,11 @@ class Prepared:
     def _check(self, scene: Scene) -> None:
         """Refuse a scene that does not fit."""
         own = self.scene
+        if self.model.problem.point_law is not self.model.cracks.point_law:
+            raise SceneError(
+                f"prepared: its problem has a law of its own, {self.model.problem.point_law!r}; expected what prepare(scene) "
+                "returns, for the law is that of the scene that is run"
+            )
         if scene.kind != own.kind:
             raise _refused("specimen.kind", scene.kind, own.kind)
         for key, was, now in _pairs(own, scene):

@@ -67,13 +67,11 @@ def _full_energy(data: RunData) -> str:
 
 def warnings(data: RunData) -> list[str]:
     """What a reader of the curve should be wary of."""
-    load, found = data.history["load"], []
+    found: list[str] = []
     if not data.steps:
         return []
     peak = data.peak_row
-    if data.peak_load <= 0:
-        found.append(f"warning: no load is positive, they go down to {load.min():.5g} N; check the direction of the drive")
-    elif peak in (1, data.steps):
+    if data.peak_load > 0 and peak in (1, data.steps):
         which = "first" if peak < data.steps else "last"
         found.append(f"warning: the largest load comes with the {which} step; the true peak may lie outside")
     if data.energy_error > _UNBALANCED:

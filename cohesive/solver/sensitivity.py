@@ -152,7 +152,7 @@ class Sensitivity:
         history = np.array([part[1] for part in explicit]).reshape(count, self.points.count, p)
         last = _Rates(np.zeros((count, size)), np.zeros(count), np.zeros_like(stress[:, 0]), np.zeros_like(stress[:, 0]),
                       np.zeros((count, p)), np.zeros(count))  # fmt: skip
-        last.Z += np.array([[each.variation.onset] for each in self.parameters])
+        last.Z += np.array([[each.variation.onset_jump] for each in self.parameters])
         found, start = [last], last
         for i in range(len(self.every)):
             found.append(self._follow(i, found[-1], start, stress[:, i], history[:, i]))

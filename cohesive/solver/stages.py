@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, field
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -105,6 +105,11 @@ class Stage:
         _check_event("unload", self.unload)
         if self.unload is not None and not can_fall:
             raise ParameterError(f"unload = {self.unload!r}: {self.control} cannot fall; expected another control", "unload")
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Its keys, as a scene gives them."""
+        return {each.name: value for each in fields(self) if (value := getattr(self, each.name)) is not None}
 
     @property
     def redirects(self) -> bool:

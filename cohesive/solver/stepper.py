@@ -80,6 +80,11 @@ class LoadStepper:
                     break
             else:
                 self._end_path(self._path)
+        if self._watch.pushed > _NOTED_FORCE * self.problem.strength:
+            self.notes.append(
+                f"warning: no load is positive, they go down to {-self._watch.pushed:.5g} N; check the direction of the drive "
+                "and the sign of the targets"
+            )
         if self._is_apart:
             self.notes.append("ended early: the crack has run through, no traction is left")
 

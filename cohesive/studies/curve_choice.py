@@ -109,7 +109,7 @@ def fit_curves(
     table = []
     for name, one in fits.items():
         m = len(one.values)
-        mean = float(np.mean(np.square(one.trial.residuals)))
+        mean = float(np.mean(np.square(one.best.residuals)))
         fits_all = one.interval_kind == "feasible" or mean == 0.0
         likelihood = -math.inf if fits_all else count * math.log(mean)
         row = {"curve": name, "numbers": m, "rms": one.rms, "aic": likelihood + 2.0 * m}

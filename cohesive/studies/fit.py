@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,12 @@ from ..errors import SceneError
 from ..scenes.measured import Measured, Reference
 from ..scenes.reference import load_reference
 from ..scenes.scene import Scene
+from ..solver.controls import control_of
 from .fit_data import Data
 from .fit_intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics
 from .fit_parameters import inside, varied
-from .fit_problem import FAILURES, FitProblem, Trial
-from .fit_result import Fit
-from .fitted import Minimum
+from .fit_problem import FAILURES, FitEvaluation, FitProblem
+from .fit_result import Fit, Minimum
 from .repeated_run import RepeatedRun, value_of
 
 LOSSES = ("linear", "soft_l1", "band")
@@ -111,18 +112,17 @@ def fit(
     problem = _problem(each, vary, reference, loss, weights, own)
     first = _first(problem)
     _refuse_unseen(problem, first)
-    minima = _minima(problem, _starts(problem, starts))
-    best = minima[0]
-    trial = problem.trial(best.z)
-    added = _scatter(problem, trial, scatter or {})
-    found = statistics(problem, trial, added)
-    kind, ends = _intervals(problem, trial, found, profile)
+    found_minima = minima(problem, _starts(problem, starts))
+    best = problem.evaluate(found_minima[0].z)
+    added = _scatter(problem, best, scatter or {})
+    found = statistics(problem, best, added)
+    kind, ends = _intervals(problem, best, found, profile)
     if profile and kind == "profile" and added is not None:
         half = found.quantile * np.sqrt(np.diag(added))
-        ends = trial.z[:, None] + np.sign(ends - trial.z[:, None]) * np.hypot(ends - trial.z[:, None], half[:, None])
-    ends = np.clip(ends, trial.z[:, None] - _FURTHEST, trial.z[:, None] + _FURTHEST)
-    words = in_words(problem.parameters, trial.z, ends, found.correlation, found.count, kind == "feasible")
-    return Fit(each, problem, minima, trial, found, ends, kind, words, check)
+        ends = best.z[:, None] + np.sign(ends - best.z[:, None]) * np.hypot(ends - best.z[:, None], half[:, None])
+    ends = np.clip(ends, best.z[:, None] - _FURTHEST, best.z[:, None] + _FURTHEST)
+    words = in_words(problem.parameters, best.z, ends, found.correlation, found.count, kind == "feasible")
+    return Fit(each, problem, found_minima, best, found, ends, kind, words, check)
 
 
 def _problem(
@@ -165,21 +165,22 @@ def _reference(scene: Scene, given: Any) -> Reference:
         return found
     if isinstance(given, Reference):
         return given
-    against = scene.stages[0].control if scene.stages[0].control == "driven" else "opening"
+    control = scene.stages[0].control
+    against = control if control_of(control).is_motion else "opening"
     if isinstance(given, Measured):
         return Reference(given.name, against, (given,))
     x, y = given
     return Reference("measured", against, (Measured.from_curve(x, y),))
 
 
-def _first(problem: FitProblem) -> Trial:
+def _first(problem: FitProblem) -> FitEvaluation:
     """The run from the start, whose scales must be those of the data."""
     z = inside(problem.parameters, problem.start)
     try:
-        trial = problem.trial(z)
+        evaluation = problem.evaluate(z)
     except FAILURES as error:
         raise SceneError(f"the start of the fit does not run: {error}; expected other numbers in the scene") from error
-    for data, rows, load in zip(problem.data, trial.rows, trial.loads, strict=True):
+    for data, rows, load in zip(problem.data, evaluation.rows, evaluation.loads, strict=True):
         ratio = data.peak / max(float(rows.history["load"].max()), 1e-300)
         if not 1.0 / _UNITS < ratio < _UNITS and ratio < 1e8:  # beyond only rounding is left: for that see the openings
             raise SceneError(
@@ -196,10 +197,10 @@ def _first(problem: FitProblem) -> Trial:
                 "the scene",
                 "reference.x_unit",
             )
-    return trial
+    return evaluation
 
 
-def _refuse_unseen(problem: FitProblem, trial: Trial) -> None:
+def _refuse_unseen(problem: FitProblem, evaluation: FitEvaluation) -> None:
     """Refuse numbers that no measured row sees, and those of contact and shear where a symmetric crack only opens."""
     for each in problem.parameters:
         scenes = [problem.repeated[i].scene for i in each.scenes]
@@ -207,7 +208,7 @@ def _refuse_unseen(problem: FitProblem, trial: Trial) -> None:
             raise _unseen(each.key)
     moved = np.zeros(len(problem.parameters))
     for i, data in enumerate(problem.data):
-        moved = np.maximum(moved, abs(problem.slopes(i, trial)).max(axis=0) / data.peak)
+        moved = np.maximum(moved, abs(problem.slopes(i, evaluation)).max(axis=0) / data.peak)
     for each, size in zip(problem.parameters, moved, strict=True):
         if size < _UNSEEN:
             raise _unseen(each.key)
@@ -243,39 +244,36 @@ def _starts(problem: FitProblem, count: int) -> list[Array]:
     return found
 
 
-def _minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
+def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
     """The distinct minima, the best one first."""
     found: list[Minimum] = []
     middle = np.array([each.bounds for each in problem.parameters]).mean(axis=1)
     for start in starts:
-        solved = solve(problem, start, strict=True)
+        solved = minimize(problem, start, strict=True)
         for _ in range(_PULLS):  # towards a start that runs
             if solved is not None:
                 break
             start = 0.5 * (start + (middle if start is starts[0] else starts[0]))
-            solved = solve(problem, start, strict=True)
+            solved = minimize(problem, start, strict=True)
         if solved is None:
             continue
-        z, cost, evaluations = solved
-        twin = next((one for one in found if abs(one.z - z).max() < _DISTINCT), None)
-        if twin is None:
-            found.append(Minimum(z, cost, problem.by_name(z), rms(problem, problem.trial(z)), evaluations, 1))
-        elif cost < twin.cost:
-            found[found.index(twin)] = Minimum(
-                z, cost, problem.by_name(z), rms(problem, problem.trial(z)), evaluations, twin.starts + 1
-            )
-        else:
-            found[found.index(twin)] = twin.met_again()
+        twins = [one for one in found if abs(one.z - solved[0]).max() < _DISTINCT]
+        found = [one for one in found if one not in twins]
+        best = min([_minimum(problem, *solved, starts=0), *twins], key=lambda one: one.cost)
+        found.append(replace(best, starts=1 + sum(one.starts for one in twins)))
     if not found:
-        solved = solve(problem, starts[0])
+        solved = minimize(problem, starts[0])
         if solved is None:
             raise SceneError("no start of the fit runs; expected other bounds")
-        z, cost, evaluations = solved
-        found.append(Minimum(z, cost, problem.by_name(z), rms(problem, problem.trial(z)), evaluations, 0))
+        found.append(_minimum(problem, *solved, starts=0))
     return sorted(found, key=lambda one: one.cost)
 
 
-def solve(
+def _minimum(problem: FitProblem, z: Array, cost: float, evaluations: int, starts: int) -> Minimum:
+    return Minimum(z, cost, problem.by_name(z), problem.rms(problem.evaluate(z)), evaluations, starts)
+
+
+def minimize(
     problem: FitProblem, start: Array, fixed: int | None = None, most: int = _MOST, ftol: float = _FTOL, strict: bool = False
 ) -> tuple[Array, float, int] | None:
     """The minimum next to a start: numbers, sum of squares, evaluations.
@@ -337,49 +335,43 @@ def cost_of(problem: FitProblem, residuals: Array) -> float:
     return float(_OUTLIER**2 * 2.0 * (np.sqrt(1.0 + (residuals / _OUTLIER) ** 2) - 1.0).sum())
 
 
-def rms(problem: FitProblem, trial: Trial) -> float:
-    """Root of the mean square of the residuals of all rows, over the largest measured load of their scene."""
-    gaps = [data.gap(load, problem.loss)[0] for load, data in zip(trial.loads, problem.data, strict=True)]
-    return float(np.sqrt(np.mean(np.concatenate(gaps) ** 2)))
-
-
-def violation(problem: FitProblem, trial: Trial) -> float:
+def violation(problem: FitProblem, evaluation: FitEvaluation) -> float:
     """Sum of the squares of the distances from the bounds, 0 if every row lies inside."""
-    rows = zip(trial.loads, problem.data, strict=True)
+    rows = list(zip(evaluation.loads, problem.data, strict=True))
     if all(data.inside(load) == len(load) for load, data in rows):
         return 0.0
-    return float(sum(np.square(data.gap(load, "band")[0]).sum() for load, data in zip(trial.loads, problem.data, strict=True)))
+    return float(sum(np.square(data.gap(load, "band")[0]).sum() for load, data in rows))
 
 
-def _intervals(problem: FitProblem, trial: Trial, found: Statistics, profile: bool) -> tuple[str, Array]:
+def _intervals(problem: FitProblem, evaluation: FitEvaluation, found: Statistics, profile: bool) -> tuple[str, Array]:
     """Kind and scaled ends of the intervals."""
 
     def refit(j: int, fixed: float, near: Array) -> tuple[Array, float]:
         start = inside(problem.parameters, near)
         start[j] = fixed
-        solved = solve(problem, start, fixed=j, most=3 if feasible else _MOST_FIXED, ftol=1e-3)
+        solved = minimize(problem, start, fixed=j, most=3 if feasible else _MOST_FIXED, ftol=1e-3)
         if solved is None:
             return start, np.inf
         if problem.loss == "band" and feasible:
-            return solved[0], violation(problem, problem.trial(solved[0]))
+            return solved[0], violation(problem, problem.evaluate(solved[0]))
         return solved[0], solved[1]
 
-    feasible = problem.loss == "band" and violation(problem, trial) == 0.0
+    feasible = problem.loss == "band" and violation(problem, evaluation) == 0.0
     if feasible:
-        return "feasible", feasible_ends(problem, trial.z, refit)
+        return "feasible", feasible_ends(problem, evaluation.z, refit)
     if profile:
-        cost = cost_of(problem, trial.residuals)
-        return "profile", profile_ends(problem, trial.z, cost, found, refit)
-    return "covariance", covariance_ends(problem, trial.z, found)
+        cost = cost_of(problem, evaluation.residuals)
+        return "profile", profile_ends(problem, evaluation.z, cost, found, refit)
+    return "covariance", covariance_ends(problem, evaluation.z, found)
 
 
-def _scatter(problem: FitProblem, trial: Trial, scatter: Mapping[str, float]) -> Array | None:
+def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[str, float]) -> Array | None:
     """What known scatter of other numbers adds to the covariance: each moves the fit by -(J'J)^-1 J' dr."""
     if not scatter:
         return None
     varied_keys = {each.key for each in problem.parameters}
-    jacobian = problem.jacobian(trial.z)
-    added = np.zeros((len(trial.z), len(trial.z)))
+    jacobian = problem.jacobian(evaluation.z)
+    added = np.zeros((len(evaluation.z), len(evaluation.z)))
     for key, deviation in scatter.items():
         if key in varied_keys:
             raise SceneError(f"scatter {key}: it is varied; expected a number that the fit takes as known", key)
@@ -387,12 +379,12 @@ def _scatter(problem: FitProblem, trial: Trial, scatter: Mapping[str, float]) ->
             raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
         parts = []
         for i, (repeated, data) in enumerate(zip(problem.repeated, problem.data, strict=True)):
-            values = problem.values(trial.z, i)
+            values = problem.values(evaluation.z, i)
             base = values.get(key, value_of(repeated.scene, key))
             moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
             other = FitProblem([moved], [data], [], problem.loss)
-            shifted = other.trial(np.zeros(0)).loads[0]
-            change = (shifted - trial.loads[i]) / data.peak
+            shifted = other.evaluate(np.zeros(0)).loads[0]
+            change = (shifted - evaluation.loads[i]) / data.peak
             parts.append(data.gather @ change)
             if problem.loss == "band":
                 parts.append(data.pull_slope * (data.gather @ change))

@@ -15,8 +15,8 @@ from ..scenes.measured import Measured, Reference
 #: a curve with more rows is gathered into so many pieces of equal length
 PIECES = 100
 
-#: a run stands at so many measured places at most
-TARGETS = 80
+#: a run stands at each of so many measured places; at so many of a curve with more
+ROWS, TARGETS = 200, 100
 
 #: residuals of a band's middle beside those of its bounds, so that a feasible fit is drawn to the middle
 _PULL = 0.02
@@ -82,7 +82,7 @@ class Data:
     def targets(self) -> list[float]:
         """The measured places at which a run stands, mm."""
         x = np.unique(self.x[self.x > 0])
-        if len(x) > TARGETS:
+        if len(x) > ROWS:
             longest = max(self.curves, key=lambda each: len(each.x))
             s = _arc(longest)
             x = np.unique(np.interp(np.linspace(0.0, s[-1], TARGETS + 1), s, longest.x))

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array, Mask
 from .fit_data import effective_count
 from .fit_parameters import Varied
-from .fit_problem import FitProblem, Trial
+from .fit_problem import FitEvaluation, FitProblem
 
 #: confidence of the intervals
 CONFIDENCE = 0.95
@@ -57,7 +57,7 @@ class Statistics:
         return max(self.count - len(self.covariance), 1.0)
 
 
-def statistics(problem: FitProblem, trial: Trial, scatter: Array | None = None) -> Statistics:
+def statistics(problem: FitProblem, evaluation: FitEvaluation, scatter: Array | None = None) -> Statistics:
     """Covariance at a minimum: s^2 (J'J)^-1 with the effective number of residuals in place of their number.
 
     Residuals along a curve are correlated. With n of them worth n_eff, s^2 = S/(n_eff - m) n_eff/n and J'J counts n_eff/n.
@@ -68,7 +68,7 @@ def statistics(problem: FitProblem, trial: Trial, scatter: Array | None = None) 
     """
     from scipy.stats import t as student  # slow to import
 
-    residuals, jacobian = trial.residuals, problem.jacobian(trial.z)
+    residuals, jacobian = evaluation.residuals, problem.jacobian(evaluation.z)
     m = jacobian.shape[1]
     count = effective_count(sequences(problem, residuals))
     freedom = max(count - m, 1.0)

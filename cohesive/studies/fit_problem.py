@@ -11,7 +11,9 @@ from meshing.errors import MeshError
 
 from ..arrays import Array
 from ..errors import NotConverged, ParameterError, SceneError, TooCostly
+from ..solver.columns import LOAD_RATIO
 from ..solver.controls import control_of
+from ..solver.events import Event, tolerance
 from ..solver.stages import Stage
 from .fit_data import Data
 from .fit_parameters import Varied
@@ -26,12 +28,15 @@ _ITERATIONS, _LEAST = 8, 200
 #: openings at which a run stands that could not go by the measured motion, over the furthest one
 _OPENINGS = np.geomspace(1e-4, 2.0, 70)
 
+#: relative change of the rows of a run for the derivative of what is interpolated between them
+_AT_ROWS = 1e-6
+
 #: relative change for the derivative in a number that is not of the material
 _OF_A_MESH = 1e-3
 
 
 @dataclass
-class Trial:
+class FitEvaluation:
     """The residuals at some numbers.
 
     Attributes
@@ -68,7 +73,7 @@ class FitProblem:
     parameters: Sequence[Varied]
     loss: str
     stages: list[list[Stage]] = field(init=False)
-    _last: Trial | None = field(default=None, init=False)
+    _last: FitEvaluation | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         self.stages = [stages_at(repeated.scene.stages, data) for repeated, data in zip(self.repeated, self.data, strict=True)]
@@ -88,7 +93,7 @@ class FitProblem:
         """All numbers by their names."""
         return {each.name: each.value(float(at)) for each, at in zip(self.parameters, z, strict=True)}
 
-    def trial(self, z: Array) -> Trial:
+    def evaluate(self, z: Array) -> FitEvaluation:
         """The residuals at some numbers.
 
         Raises
@@ -104,25 +109,31 @@ class FitProblem:
             parts.append(data.gather @ data.gap(load, self.loss)[0])
             if self.loss == "band":
                 parts.append(data.gather @ data.pull(load))
-        self._last = Trial(z.copy(), loads, np.concatenate(parts), rows)
+        self._last = FitEvaluation(z.copy(), loads, np.concatenate(parts), rows)
         return self._last
 
     def _run(self, i: int, values: dict[str, float]) -> Rows:
         """A run of a scene; if its crack snaps under the measured motion, by its opening, which goes on."""
+        repeated, stages, data = self.repeated[i], self.stages[i], self.data[i]
         try:
-            return self.repeated[i].run(values, self.stages[i])
+            return repeated.run(values, stages)
         except (NotConverged, TooCostly):
-            furthest = float(self.data[i].x.max())
-            if self.stages[i] == list(self.repeated[i].scene.stages) or self.data[i].against == "opening":
+            if stages == list(repeated.scene.stages) or data.against == "opening":
                 raise
-            until = {self.data[i].against: furthest}
-            stage = Stage("opening", [float(each) for each in furthest * _OPENINGS], steps=1, until=until)
-            return self.repeated[i].run(values, [stage])
+            furthest = float(data.x.max())
+            targets = [float(each) for each in furthest * _OPENINGS]
+            until = stages[0].until or {data.against: furthest}
+            return repeated.run(values, [replace(stages[0], control="opening", to=targets, steps=1, step=None, until=until)])
+
+    def rms(self, evaluation: FitEvaluation) -> float:
+        """Root of the mean square of the residuals of all rows, over the largest measured load of their scene."""
+        gaps = [data.gap(load, self.loss)[0] for load, data in zip(evaluation.loads, self.data, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(gaps) ** 2)))
 
     def residuals(self, z: Array) -> Array:
         """The residuals, (p,); NaN if there is no run with these numbers, which the optimiser takes for a step too far."""
         try:
-            return self.trial(z).residuals
+            return self.evaluate(z).residuals
         except FAILURES:
             return np.full(self.count, np.nan)
 
@@ -133,19 +144,19 @@ class FitProblem:
 
     def jacobian(self, z: Array) -> Array:
         """Derivatives of the residuals in the scaled numbers, (p, m)."""
-        trial = self.trial(z)
-        return np.concatenate([self._block(i, trial) for i in range(len(self.repeated))])
+        evaluation = self.evaluate(z)
+        return np.concatenate([self._block(i, evaluation) for i in range(len(self.repeated))])
 
-    def slopes(self, i: int, trial: Trial) -> Array:
+    def slopes(self, i: int, evaluation: FitEvaluation) -> Array:
         """Derivatives of the computed loads of a scene at its measured rows in the scaled numbers, (n, m), N."""
-        if i not in trial.slopes:
-            trial.slopes[i] = self._slopes(i, trial, trial.z)
-        return trial.slopes[i]
+        if i not in evaluation.slopes:
+            evaluation.slopes[i] = self._slopes(i, evaluation, evaluation.z)
+        return evaluation.slopes[i]
 
-    def _slopes(self, i: int, trial: Trial, z: Array) -> Array:
-        repeated, data, rows, values = self.repeated[i], self.data[i], trial.rows[i], self.values(z, i)
+    def _slopes(self, i: int, evaluation: FitEvaluation, z: Array) -> Array:
+        repeated, data, rows, values = self.repeated[i], self.data[i], evaluation.rows[i], self.values(z, i)
         mine = [j for j, each in enumerate(self.parameters) if i in each.scenes]
-        exact = [j for j in mine if repeated.is_exact([self.parameters[j].key], rows.stages)]
+        exact = [j for j in mine if repeated.is_exact([self.parameters[j].key], rows.scene.stages)]
         found = np.zeros((len(data.x), len(z)))
         if exact:
             keys = [self.parameters[j].key for j in exact]
@@ -155,13 +166,14 @@ class FitProblem:
         for j in set(mine) - set(exact):
             key = self.parameters[j].key
             half = _OF_A_MESH * (abs(values[key]) or 1.0)
-            low, high = (at_rows(repeated.run({**values, key: values[key] + by}, self.stages[i]), data)[0] for by in (-half, half))
+            runs = (repeated.run({**values, key: values[key] + by}, rows.scene.stages) for by in (-half, half))
+            low, high = (at_rows(each, data)[0] for each in runs)
             found[:, j] = (high - low) / (2.0 * half)
         return np.asarray(found * np.array([each.slope(float(at)) for each, at in zip(self.parameters, z, strict=True)]))
 
-    def _block(self, i: int, trial: Trial) -> Array:
-        data, slopes = self.data[i], self.slopes(i, trial) / self.data[i].peak
-        block = data.gather @ (data.gap(trial.loads[i], self.loss)[1][:, None] * slopes)
+    def _block(self, i: int, evaluation: FitEvaluation) -> Array:
+        data, slopes = self.data[i], self.slopes(i, evaluation) / self.data[i].peak
+        block = data.gather @ (data.gap(evaluation.loads[i], self.loss)[1][:, None] * slopes)
         if self.loss == "band":
             block = np.concatenate([block, data.pull_slope * (data.gather @ slopes)])
         return np.asarray(block)
@@ -183,21 +195,46 @@ def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:
         return list(stages)
     targets = data.targets()
     step = max(targets) / first.count(max(targets)) if first.step is None or first.control != data.against else first.step
-    return [replace(first, control=data.against, to=targets, steps=None, step=step, until=None)]
+    return [replace(first, control=data.against, to=targets, steps=None, step=step)]
 
 
 def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) -> tuple[Array, Array]:
-    """Load at the measured rows, (n,), N, and its derivative from those of the history; beyond the end the last one."""
-    x, y = np.r_[0.0, rows.history[data.against]], np.r_[0.0, rows.history["load"]]
-    first = np.flatnonzero(np.diff(np.maximum.accumulate(x), prepend=-np.inf) > 0)
-    x, y = x[first], y[first]
-    i = np.clip(np.searchsorted(x, data.x, side="right") - 1, 0, len(x) - 2)
-    span = x[i + 1] - x[i]
-    t = np.clip((data.x - x[i]) / span, 0.0, 1.0)
-    load = y[i] + t * (y[i + 1] - y[i])
+    """Load at the measured rows, (n,), N, and its derivative from those of the history; beyond the end the last one.
+
+    Between the rows of the run by Akima's piecewise cubic, which does not overshoot at a kink. Where an event has ended the
+    run, the end moves with the event.
+
+    Raises
+    ------
+    NotConverged
+        If the run has not moved on.
+    """
+    from scipy.interpolate import Akima1DInterpolator  # slow to import
+
+    until, against = rows.scene.stages[-1].until, data.against
+    furthest = np.maximum.accumulate(np.r_[0.0, rows.history[against]])
+    first = np.flatnonzero(np.diff(furthest, prepend=-1.0) > 10.0 * _AT_ROWS * furthest[-1])  # none overtakes the next one
+    if len(first) < 2:
+        raise NotConverged(f"{against} never grows, in which the measured curve is given")
+
+    def at(by: float) -> Array:
+        moved = rows.history if rates is None else {name: old + by * rates[name] for name, old in rows.history.items()}
+        x, y = (np.r_[0.0, moved[name]][first] for name in (against, "load"))
+        end = x[-1] if until is None else _end(until, moved, x[-1], against)
+        return np.asarray(Akima1DInterpolator(x, y, extrapolate=True)(np.clip(data.x, x[0], end)))
+
+    load = at(0.0)
     if rates is None:
         return load, load
-    dx, dy = (np.r_[0.0, rates[name]][first] for name in (data.against, "load"))
-    slope = np.where((data.x >= x[0]) & (data.x <= x[-1]), (y[i + 1] - y[i]) / span, 0.0)
-    moved = dx[i] + t * (dx[i + 1] - dx[i])
-    return load, dy[i] + t * (dy[i + 1] - dy[i]) - slope * moved
+    sizes = [float(abs(rates[name]).max()) / float(abs(rows.history[name]).max()) for name in (against, "load")]
+    half = _AT_ROWS / max(*sizes, 1e-300)
+    return load, (at(half) - at(-half)) / (2.0 * half)
+
+
+def _end(until: Event, history: Mapping[str, Array], last: float, against: str) -> float:
+    """Where a run passes the event that ended it; where it ended if it did not come so far."""
+    ((name, value),) = until.items()
+    q = history["load"] / history["load"].max() if name == LOAD_RATIO else history[name]
+    if len(q) < 2 or q[-1] == q[-2] or abs(q[-1] - value) > 2.0 * tolerance(value, q[-2]):
+        return last
+    return float(last + (value - q[-1]) * (history[against][-1] - history[against][-2]) / (q[-1] - q[-2]))

@@ -14,7 +14,7 @@ from ..arrays import Array
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
 from ..law.softening import SOFTENING
-from ..law.softening_branches import spent
+from ..law.softening_branches import fully_softened
 from ..law.softening_choice import curve_of, fixes_strength, normalized, softening_name, strength_and_energy
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def softening_curves(concrete: Concrete, softening: Sequence[Any] = tuple(SOFTEN
     for choice in map(normalized, softening):
         ft, Gf = strength_and_energy(choice) if fixes_strength(choice) else (concrete.ft, concrete.Gf)
         curve = curve_of(choice, ft, Gf)
-        last = curve.end if np.isfinite(curve.end) else min(spent(curve), 6.0 * Gf / ft)
+        last = curve.end if np.isfinite(curve.end) else min(fully_softened(curve), 6.0 * Gf / ft)
         w = np.unique(np.concatenate([last * np.linspace(0.0, 1.0, 200) ** 2, getattr(curve, "kinks", ())]))
         result[softening_name(choice)] = np.stack([w, curve.stress(w)], axis=1)
     return result

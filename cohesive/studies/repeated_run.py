@@ -28,6 +28,9 @@ _AT_A_STATE, _OF_A_RUN = 1e-6, 1e-4
 #: tolerance of the runs that are differenced
 _TIGHT = 1e-10
 
+#: tables of a scene whose numbers are no parameters of what is computed
+_NO_PARAMETERS = ("stage", "mesh", "solver", "output", "reference", "model", "grow")
+
 #: parameters of the material that change more than the law and a factor of the stiffness
 _NOT_OF_THE_LAW = ("material.nu", "material.density")
 
@@ -38,8 +41,7 @@ class Rows:
 
     Attributes
     ----------
-    scene : Scene that was run
-    stages : its stages
+    scene : Scene that was run: `run` gives these rows again
     model : Model
     steps : list of Step
     dead : list of Step that brought the body under its dead loads
@@ -48,7 +50,6 @@ class Rows:
     """
 
     scene: Scene
-    stages: Sequence[Stage]
     model: Model
     steps: list[Step]
     dead: Sequence[Step]
@@ -114,21 +115,23 @@ class RepeatedRun:
         TooCostly
             If it takes more than `most`.
         """
-        scene = self.scene.with_(**values)
-        stages = scene.stages if stages is None else stages
-        model = self.model(scene)
+        changes: dict[str, Any] = {**values}
+        if stages is not None:
+            changes["stage"] = [stage.data for stage in stages]
         if tol is not None:
-            model = replace(model, problem=replace(model.problem, tol=tol))
+            changes["solver.tol"] = tol
+        scene = self.scene.with_(**changes)
+        model = self.model(scene)
         problem = model.problem
         if self.most is not None:
             problem = replace(problem, stiffness=_Counted(problem.stiffness, self.most))
-        stepper = solve(problem, stages, model.recorded, scene.solver.step_growth)
+        stepper = solve(problem, scene.stages, model.recorded, scene.solver.step_growth)
         model = replace(model, problem=stepper.problem)
         steps = list(stepper)
         self.runs += 1
         records = [model.record(step.equilibrium.state) for step in steps]
         history = {name: np.array([r[name] for r in records]) for name in (records[0] if records else ())}
-        return Rows(scene, stages, model, steps, stepper.dead, stepper.notes, history)
+        return Rows(scene, model, steps, stepper.dead, stepper.notes, history)
 
     def is_exact(self, keys: Sequence[str], stages: Sequence[Stage]) -> bool:
         """Whether the steps of these stages can be differentiated in some keys."""
@@ -242,13 +245,15 @@ def _is_of_body(key: str) -> bool:
 
 
 def value_of(scene: Scene, key: str) -> float:
-    """The number that a scene has for a dotted key.
+    """The number that a scene has for a dotted key in which its history may be differentiated.
 
     Raises
     ------
     SceneError
-        If there is none.
+        If there is none, or if it says how the scene is solved, not what it is.
     """
+    if key.split(".")[0] in _NO_PARAMETERS:
+        raise SceneError(f"{key}: the history has no derivative in it; expected a number of the material or the specimen", key)
     place = scene.given(key)
     if place is None and key.startswith("material.") and key.count(".") == 1:  # a default, or one of a preset
         place = getattr(scene.material, key.split(".")[1], None)

@@ -106,7 +106,7 @@ def with_all_steps(stages: Sequence[Stage]) -> list[Stage]:
 def target_rows(rows: Rows) -> Index:
     """The rows of a run that stand at a target of its stages, as far as the run has come."""
     tol = max(rows.model.problem.tol, 1e-9)
-    wanted = [(i, stage.control, target) for i, stage in enumerate(rows.stages, start=1) for target in stage.targets]
+    wanted = [(i, stage.control, target) for i, stage in enumerate(rows.scene.stages, start=1) for target in stage.targets]
     spread = max(abs(target) for _, _, target in wanted)
     found, k = [], 0
     for row, step in enumerate(rows.steps):

@@ -57,7 +57,7 @@ def _direction_of_rays(slant: float, size: float) -> float:
     scene = search.scene.along(trial_lines(cracks, search.body)).with_(**{"stage.0.to": 1e-6, "stage.0.steps": 1})
     model = build(scene)
     (step,) = solve(model.problem, scene.stages, model.recorded)
-    probe = Probe.ahead_of(NodalStress.from_blocks(model.bulk), crack.tip, crack.heading, search.radius)
+    probe = Probe.from_tip(NodalStress.from_blocks(model.bulk), crack.tip, crack.heading, search.radius)
     reading = probe.read(model.condensation.recover(step.equilibrium.state.v))
     return -math.degrees(probe.strongest(reading, LARGEST_TURN)[0])
 

@@ -16,6 +16,8 @@ import tomli_w
 
 from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
+from cohesive.growth.crack import trial_lines
+from cohesive.growth.path_trial import run_trial
 from cohesive.growth.search import LARGEST_TURN, Search, find_path
 from cohesive.model.build import build
 from meshing.outline import Outline
@@ -229,6 +231,31 @@ def test_what_only_the_search_sees_is_refused_too() -> None:
         find_path(eccentric_beam(stage=[{"control": "opening", "to": 1e-4, "steps": 2}]))
     with pytest.raises(SceneError, match=r"the path is not found yet; run\(scene\) finds it$"):
         build(eccentric_beam())
+
+
+def test_a_drive_the_other_way_round_finds_the_same_path_and_says_so() -> None:
+    beam = outlined_beam(grow__segment=16.0, stage__0__steps=10)
+    turned_round = beam.with_(**{"specimen.drive.direction": [-c for c in beam.data["specimen"]["drive"]["direction"]]})
+    pulled, pushed = run(beam), run(turned_round)
+    np.testing.assert_allclose(pushed.path, pulled.path, atol=1e-9)
+    assert pushed.history["load"].min() == pytest.approx(-pulled.peak_load)
+    assert any(note.startswith("warning: no load is positive, they go down to -45") for note in pushed.notes)
+
+
+def test_a_tip_is_critical_under_any_control_and_beside_a_weight() -> None:
+    """Steps by dissipation come to the same state; a weight bends the beam as the load does, which it spares."""
+
+    def load(**changes: Any) -> float:
+        search = Search(eccentric_beam(stage__0__steps=40, **changes))
+        (crack,) = search.starts()
+        lines = trial_lines([crack], search.body)
+        trial = run_trial(search.scene, lines, [(crack.tip, crack.heading)], search.radius, LARGEST_TURN, True)
+        assert trial.critical[0] is not None
+        return trial.critical[0].load
+
+    opened = load()
+    assert load(stage__0__control="dissipation", stage__0__to=20.0) == pytest.approx(opened, rel=0.02)  # of other steps
+    assert load(material__density=50 * 2400.0) < 0.95 * opened
 
 
 def test_a_geo_file_grows_the_crack_of_its_corners(tmp_path: Path) -> None:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cohesive import Scene, SceneError, fit
+from cohesive import Scene, SceneError, fit, run
 from cohesive.arrays import Array
 from cohesive.scenes.measured import Measured
+from cohesive.scenes.scene import dump_toml
 from cohesive.studies.curve_choice import fit_curves
 from cohesive.studies.export import EXPORTS, exported, points
+from cohesive.studies.fit import minima
 from cohesive.studies.fit_data import Data, effective_count
-from cohesive.studies.repeated_run import RepeatedRun
+from cohesive.studies.fit_parameters import Varied
 
 TRUTH = {"material.E": 30e3, "material.ft": 3.0, "material.Gf": 0.1}
 VARY = {"material.E": (15e3, 60e3), "material.ft": (1.0, 8.0), "material.Gf": (0.03, 0.4)}
@@ -38,8 +41,8 @@ def beam(**changes: Any) -> Scene:
 
 def measured(noise: float = 0.0, rows: int = 24, **changes: Any) -> tuple[Array, Array]:
     """Opening and load of a beam, with noise as a part of the peak."""
-    run = RepeatedRun(beam(**{"stage.0.steps": rows} | changes)).run({})
-    x, y = run.history["opening"], run.history["load"]
+    history = run(beam(**{"stage.0.steps": rows} | changes)).history
+    x, y = history["opening"][1:], history["load"][1:]
     return x, y + noise * y.max() * np.random.default_rng(3).normal(size=len(y))
 
 
@@ -56,6 +59,60 @@ def test_the_truth_is_recovered_from_a_start_off_by_half() -> None:
     assert found.runs + 0.3 * found.sensitivities <= 13
     assert Scene({**beam().data, "material": {**beam().data["material"], "ft": 2.9}}).material.ft == 2.9
     assert "ft = " in found.scene
+
+
+@pytest.mark.parametrize(("rows", "close"), [(12, 1e-4), pytest.param(250, 1e-3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("density", [0.0, 60 * 2400.0])  # kg/m^3: for so small a beam it takes a heavy concrete
+def test_own_curves_return_the_truth(rows: int, close: float, density: float) -> None:
+    """Of a beam with and without weight, at each of its rows, and between them."""
+    two = {key: VARY[key] for key in ("material.ft", "material.Gf")}
+    weight = {"material.density": density}
+    found = fit(beam(**OFF | weight | {"material.E": 30e3}), two, reference=measured(rows=rows, **weight), check=False)
+    for key in two:
+        assert found.values[key] == pytest.approx(TRUTH[key], rel=close)
+
+
+def test_results_repeat_the_rows_of_the_fit() -> None:
+    """Each result's scene names the places at which the fit stood, and its own number of rows comes out again."""
+    weight = {"material.density": 60 * 2400.0}
+    found = fit(beam(**weight), {"material.Gf": VARY["material.Gf"]}, reference=measured(rows=9, **weight), check=False)
+    (result,) = found.results
+    again = run(Scene(tomllib.loads(dump_toml(result.scene.data))))
+    assert len(result.history["load"]) == len(found.best.rows[0].steps) + 1
+    for name, column in found.best.rows[0].history.items():
+        np.testing.assert_array_equal(column, result.history[name][1:])
+        np.testing.assert_array_equal(again.history[name], result.history[name])
+
+
+def test_a_minimum_is_met_again_though_it_is_not_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = iter([0.0, 1.0, 1.0, 0.0, 2.0, 1.0])
+    monkeypatch.setattr("cohesive.studies.fit.minimize", lambda problem, z, strict: (z * 0.0 + next(ends), 1.0, 1))
+    problem = Flat()
+    found = minima(problem, [np.zeros(2)] * 6)  # type: ignore[arg-type]
+    assert sorted((one.z[0], one.starts) for one in found) == [(0.0, 2), (1.0, 3), (2.0, 1)]
+
+
+class Flat:
+    """What `minima` asks of a problem."""
+
+    parameters = (Varied("a", "a", (0,), 0.0, 1.0, 0.5), Varied("b", "b", (0,), 0.0, 1.0, 0.5))
+
+    def by_name(self, z: Array) -> dict[str, float]:
+        return dict(zip("ab", map(float, z), strict=True))
+
+    def evaluate(self, z: Array) -> Array:
+        return z
+
+    def rms(self, evaluation: Array) -> float:
+        return 0.0
+
+
+def test_what_a_run_says_reaches_the_fit() -> None:
+    until = {"stage.0.until": {"load_ratio": 0.6}}
+    start = beam(**until, **{"material.Gf": 0.08})
+    found = fit(start, {"material.Gf": VARY["material.Gf"]}, reference=measured(**until), check=False)
+    assert "stage 1 ended where load_ratio = 0.6" in found.notes
+    assert found.values["material.Gf"] == pytest.approx(0.1, rel=1e-3)  # as closely as an event is located
 
 
 def test_intervals_of_noisy_data_hold_the_truth_and_files_are_written(tmp_path: Path) -> None:
@@ -90,7 +147,7 @@ def test_a_band_ends_in_the_feasible_set() -> None:
         beam(**{"material.ft": 1.5, "material.Gf": 0.15}), {k: VARY[k] for k in OFF if k != "material.E"}, reference=band
     )
     assert found.interval_kind == "feasible"
-    assert found.problem.data[0].inside(found.trial.loads[0]) == 10
+    assert found.problem.data[0].inside(found.best.loads[0]) == 10
     low, high = found.intervals["material.Gf"]
     assert low < 0.1 < high
 

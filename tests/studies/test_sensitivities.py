@@ -143,6 +143,12 @@ def test_events_are_refused(event: dict[str, Any]) -> None:
         sensitivities(beam("exponential", STAGES["opening"] | event), ["material.Gf"])
 
 
+@pytest.mark.parametrize("key", ["stage.0.steps", "stage.0.to", "mesh.crack_size", "solver.tol"])
+def test_what_has_no_derivative_is_refused(key: str) -> None:
+    with pytest.raises(SceneError, match=f"{key}: the history has no derivative in it"):
+        sensitivities(beam("exponential", STAGES["opening"]), [key])
+
+
 def test_a_key_without_a_number_is_refused() -> None:
     with pytest.raises(SceneError, match=r"material\.softening\.kink\.0: the scene has no number there"):
         sensitivities(beam("exponential", STAGES["opening"]), ["material.softening.kink.0"])
