@@ -143,6 +143,7 @@ def _march(
             built = replace(built, problem=stepper.problem)
             if stood is not None:
                 stepper.go_on_from(stood)
+                notes = stepper.notes
             with CheckpointWriter(output, scene, tangent, found, built.mesh.points, size) as checkpoints:
                 if not record.rows:
                     keep(_first_row(observed(built.problem.initial())), built.problem.initial())

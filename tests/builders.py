@@ -71,7 +71,7 @@ def interfered_march(scene: Scene, before: Callable[[Border], None], stages: lis
     """The march of a scene whose every linear system is seen, or spoiled, before it is solved."""
     model = build(scene)
     problem = replace(model.problem, stiffness=Interfered(model.problem.stiffness, before))
-    return solve(problem, stages or scene.stages, model.record)
+    return solve(problem, stages or scene.stages, model.recorded)
 
 
 def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State], Model]:

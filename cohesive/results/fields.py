@@ -70,17 +70,13 @@ class Planes:
     @classmethod
     def from_states(cls, states: dict[int, State], dimension: int) -> Planes:
         """From the states of some rows of a smeared run; none of any other."""
-        planes = {row: state.cracks.planes for row, state in states.items() if hasattr(state.cracks, "planes")}
-        if not planes:
-            none = np.zeros(0, dtype=np.int64)
-            return cls(none, none, np.zeros(0), np.zeros((0, dimension)))
-        own = list(planes.values())
-        row = np.repeat(np.array(list(planes), dtype=np.int64), [len(each.point) for each in own])
+        own = {row: state.cracks.planes for row, state in states.items() if hasattr(state.cracks, "planes")}
+        none = np.zeros(0, dtype=np.int64)
         return cls(
-            row,
-            np.concatenate([each.point for each in own]),
-            np.concatenate([each.jump[:, 0] for each in own]),
-            np.concatenate([each.rotation[:, 0] for each in own]),
+            np.concatenate([none, *(np.full(len(each.point), row) for row, each in own.items())]),
+            np.concatenate([none, *(each.point for each in own.values())]),
+            np.concatenate([np.zeros(0), *(each.jump[:, 0] for each in own.values())]),
+            np.concatenate([np.zeros((0, dimension)), *(each.rotation[:, 0] for each in own.values())]),
         )
 
     def of(self, row: int) -> Planes:

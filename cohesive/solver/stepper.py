@@ -22,6 +22,9 @@ __all__ = ["LoadStepper", "Step", "solve"]
 #: steps after which the factorization is dropped: a run that is resumed there has none either, and comes out the same
 EVERY = 10
 
+#: fields that change from step to step, as they are
+_MOVING = ("notes", "_slack", "_before", "_state", "_count", "_number", "_is_apart")
+
 #: force across the drive, over the strength of the crack, from which on letting go of it is worth a note
 _NOTED_FORCE = 1e-6
 
@@ -87,28 +90,17 @@ class LoadStepper:
 
     def as_data(self) -> dict[str, Any]:
         """Where it stands after a step, in numbers, text, arrays and data classes of them."""
-        return {
-            "loading": self.problem.loading,
-            "springs": self.problem.springs,
-            "notes": self.notes,
-            "slack": self._slack,
-            "before": self._before,
-            "state": self._state,
-            "watch": self._watch.as_data(),
-            "count": self._count,
-            "number": self._number,
-            "left": len(self._to_come),
-            "is_apart": self._is_apart,
-            "path": None if self._path is None else self._path.as_data(),
-        }
+        path = None if self._path is None else self._path.as_data()
+        problem = {"loading": self.problem.loading, "springs": self.problem.springs}
+        own = {name: getattr(self, name) for name in _MOVING}
+        return own | {"problem": problem, "watch": self._watch.as_data(), "left": len(self._to_come), "path": path}
 
     def go_on_from(self, data: Mapping[str, Any]) -> None:
         """Stand where another one stood that gave these `as_data`, with the same problem and stages."""
-        self.problem = replace(self.problem, loading=data["loading"], springs=data["springs"])
-        self.notes[:], self._slack = data["notes"], data["slack"]
-        self._before, self._state = data["before"], data["state"]
+        for name in _MOVING:
+            setattr(self, name, data[name])
+        self.problem = replace(self.problem, **data["problem"])
         self._watch.go_on_from(data["watch"])
-        self._count, self._number, self._is_apart = data["count"], data["number"], data["is_apart"]
         targets = list(_targets(self.stages[self._number - 1]))
         self._to_come = targets[len(targets) - data["left"] :]
         if data["path"] is not None:

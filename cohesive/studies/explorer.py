@@ -116,16 +116,17 @@ class Explorer:
         """
         try:
             reference = self._reference(text, name)
+            if reference is None:
+                return {}
+            curves = [each.without_doubt() for each in reference.curves]
         except (SceneError, ParameterError) as refused:
             return {"error": str(refused)}
-        if reference is None:
-            return {}
-        curves = [
+        drawn = [
             {"name": each.name, "x": _numbers(each.x), "low": _numbers(each.bounds[0]), "high": _numbers(each.bounds[1])}
-            for each in reference.curves
+            for each in curves
         ]
-        notes = [f"{each.name}: {note}" for each in reference.curves for note in each.notes]
-        return {"over": reference.against, "curves": curves, "notes": notes}
+        notes = [f"{each.name}: {note}" for each in curves for note in each.notes]
+        return {"over": reference.against, "curves": drawn, "notes": notes}
 
     def fitted(self, changes: Mapping[str, Any], text: str | None = None, name: str = "") -> dict[str, Any]:
         """ft and Gf that `fit` finds from the changed scene within the ends of their sliders, and its summary; or `error`.

@@ -85,6 +85,8 @@ PUSHED = {"mesh.crack_size": 50.0, "mesh.far_size": 60.0, "output.frames": 0, "s
 #: what else a stepper may know of when it is stopped: a turned platen with springs, dead loads, a found path, a solid
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     "springs": ("push-off", PUSHED),
+    "a turn": ("notched-beam", {"mesh.crack_size": 5.0, "mesh.far_size": 12.0,
+                                "stage": [{"control": "opening", "to": [0.02, 0.01, 0.03], "steps": 4}]}),  # in row 10
     "weight": ("petersson", {"material.density": 2400.0, "mesh.crack_size": 10.0, "mesh.far_size": 40.0, "stage.0.steps": 13}),
     "found": ("notched-beam", {"specimen.crack": "grow", "specimen.notch_position": 20.0, "mesh.crack_size": 5.0,
                                "mesh.far_size": 12.0, "stage.0.steps": 13}),

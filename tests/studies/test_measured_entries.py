@@ -71,7 +71,7 @@ def test_what_cannot_be_read_is_refused_in_one_sentence(
         lambda: fit(SCENE, VARY, reference=path),
         lambda: sweep(scene_of(path), {"material.ft": [3.0]}, workers=1),
     ]
-    sentences = {*map(said, entries), evaluated(path, capsys), Explorer(SCENE).curve(WRONG[case])["error"]}
+    sentences = {*map(said, entries), evaluated(path, capsys), Explorer(SCENE).measured(WRONG[case], path.name)["error"]}
     assert len(sentences) == 1
     assert sentences.pop().startswith("reference.file = 'measured.csv': ")
 
@@ -89,7 +89,7 @@ def test_what_cannot_be_meant_is_doubted_in_one_sentence(
         said(lambda: fit(SCENE, VARY, reference=path)),
         said(lambda: fit(SCENE, VARY, reference=measured)),
         evaluated(path, capsys),
-        Explorer(SCENE).curve(DOUBTED[case])["error"],
+        Explorer(SCENE).measured(DOUBTED[case], path.name)["error"],
     } == {sentence}
     doubt = "test: " + sentence.removeprefix("reference.file = 'measured.csv': ")
     result = run(scene_of(path))
@@ -111,18 +111,17 @@ def test_what_is_read_is_the_same_and_said_by_all(tmp_path: Path, capsys: pytest
     swept = sweep(scene_of(path), {"material.ft": [3.0]}, workers=1)
     assert main(["evaluate", str(path), *EVALUATE]) == 0
     printed = capsys.readouterr().out
-    page = Explorer(SCENE).curve(text)
+    page = Explorer(SCENE).measured(text, path.name)
     for note in measured.notes:
         assert f"test: {note}" in result.summary() and f"test: {note}" in swept.summary()
         assert all(f"measured.csv: {note}" in found.summary() for found in fits)
-        assert note in printed and note in page["notes"]
+        assert note in printed and f"measured.csv: {note}" in page["notes"]
     assert result.reference is not None
     for curve in (result.reference.curves[0], *(found.problem.data[0].curves[0] for found in fits)):
         np.testing.assert_allclose([curve.x, curve.y], [x, y], rtol=1e-7, atol=1e-9)
         assert curve.against == "cmod"
-    assert page["against"] == "cmod"
-    own = Explorer(SCENE).fitted({}, Measured("page", np.array(page["x"]), np.array(page["low"]), against=page["against"]))
-    assert "values" in own
+    assert page["over"] == "cmod"
+    assert Explorer(SCENE).fitted({}, text, path.name)["values"].keys() == {"material.ft", "material.Gf"}
     assert fits[0].values == fits[1].values
     assert f"{fits[0].evaluations[0].values['fct,L']:.4g} MPa" in printed
 
