@@ -21,8 +21,8 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     results/test_pickle.py                   comparisons, processes, sizes
     results/test_pictures.py                 five more titles
     scenes/test_damaged_scenes.py            500 damaged scenes where 100 run by default
-    scenes/test_reference.py                 a million rows
-    solver/test_march.py                     dissipation control of a band
+    measured/test_reading.py                 a million rows
+    solver/test_stepper.py                   dissipation control of a band
     solver/test_newton.py                    the secant tangent of a band
     solver/test_snap.py                      snap-backs of a band, with small steps, at more events
     solver/test_stages.py                    separated cracks of five elements, which cut hundreds of steps

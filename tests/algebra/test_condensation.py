@@ -13,7 +13,7 @@ import scipy.sparse.linalg as spla
 import cohesive.algebra.bordered
 import cohesive.algebra.choice
 import cohesive.algebra.condensation
-import cohesive.model.build
+import cohesive.model.equations
 import cohesive.simulation
 from cohesive import Scene, run
 from cohesive.algebra.bordered import Border, DenseStiffness, SparseStiffness
@@ -269,7 +269,7 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
         bodies.append(body)
         return cohesive.algebra.choice.condense(body, wanted)
 
-    monkeypatch.setattr(cohesive.model.build, "condense", caught)
+    monkeypatch.setattr(cohesive.model.equations, "condense", caught)
     build(scene)
     part, whole = cohesive.algebra.choice.Part.from_bulk(bodies[0]), cohesive.algebra.choice.Whole.from_bulk(bodies[0])
     tracemalloc.start()

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cohesive.scenes.measured import Measured, Reference
 
 import cohesive.scenes
 from cohesive import Scene, run
+from cohesive.measured.curve import Measured, Reference
 from cohesive.studies.fit_data import Data
 from cohesive.studies.fit_parameters import varied
 from cohesive.studies.fit_problem import FitProblem
@@ -58,7 +58,7 @@ def test_a_fit_stands_at_its_rows_as_ever() -> None:
     scene = Scene.load("notched-beam").with_(**{"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "stage.0.steps": 10} | WEIGHT)
     x = np.array([0.01, 0.03, 0.05, 0.1])
     data = Data.from_reference(Reference("own", "opening", (Measured.from_curve(x, 900.0 - 3e3 * x),)), "arc")
-    problem = FitProblem([RepeatedRun(scene)], [data], varied([scene], {"material.Gf": (0.03, 0.3)}), "linear")
+    problem = FitProblem([RepeatedRun(scene)], [data], varied([scene], {"material.Gf": (0.03, 0.3)}))
     assert_same(problem.evaluate(problem.start + 0.1).rows[0])
 
 

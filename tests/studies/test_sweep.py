@@ -37,12 +37,12 @@ def test_each_combination_has_its_run_and_its_row() -> None:
 
 def test_one_mesh_serves_all_materials() -> None:
     def meshes(found: Sweep) -> int:
-        return len({id(each.result.model.mesh) for each in found.runs if each.result is not None})
+        return len({len(each.result.fields.mesh.points) for each in found.runs if each.result is not None})
 
     found = sweep(block(), {"mesh.crack_size": [5.0, 8.0], "material.E": [3e4, 3.5e4]}, workers=1)
     assert len(found.runs) == 4 and meshes(found) == 2
     assert "one mesh for each of mesh.crack_size" in found.summary()
-    assert meshes(sweep(block(), {"material.nu": [0.18, 0.2]}, workers=1)) == 2  # nothing is shared
+    assert "one mesh for each of material.nu" in sweep(block(), {"material.nu": [0.18, 0.2]}, workers=1).summary()
 
 
 def test_a_run_that_fails_is_a_row_and_ends_nothing(tmp_path: Path) -> None:
