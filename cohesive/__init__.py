@@ -12,7 +12,7 @@ _NAMES = {
     "cohesive.measured.curve": "Measured",
     "cohesive.measured.reading": "read_measured",
     "cohesive.model.prepared": "Prepared prepare",
-    "cohesive.results.result": "Result",
+    "cohesive.outcome.result": "Result",
     "cohesive.scenes.scene": "Scene",
     "cohesive.simulation": "resume run",
     "cohesive.solver.controls": "LinearControl register_control",
@@ -20,9 +20,9 @@ _NAMES = {
     "cohesive.studies.accuracy": "settings_for",
     "cohesive.studies.compare": "compare",
     "cohesive.studies.comparison": "Comparison",
-    "cohesive.studies.fit": "fit",
-    "cohesive.studies.fit_result": "Fit",
-    "cohesive.studies.sensitivities": "sensitivities",
+    "cohesive.fitting.fit": "fit",
+    "cohesive.fitting.result": "Fit",
+    "cohesive.fitting.sensitivities": "sensitivities",
     "cohesive.studies.sweep": "Sweep sweep",
     "cohesive.studies.trade": "Trade trade",
     "meshing.errors": "MeshError",
@@ -40,6 +40,9 @@ if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
     from meshing.specimens import register_specimen as register_specimen
 
     from . import errors as _errors
+    from .fitting.fit import fit as fit
+    from .fitting.result import Fit as Fit
+    from .fitting.sensitivities import sensitivities as sensitivities
     from .law.concrete import Concrete as Concrete
     from .law.crack_plane import CrackPlane as CrackPlane
     from .law.softening import register_softening as register_softening
@@ -47,7 +50,7 @@ if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
     from .measured.reading import read_measured as read_measured
     from .model.prepared import Prepared as Prepared
     from .model.prepared import prepare as prepare
-    from .results.result import Result as Result
+    from .outcome.result import Result as Result
     from .scenes.scene import Scene as Scene
     from .simulation import resume as resume
     from .simulation import run as run
@@ -57,9 +60,6 @@ if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
     from .studies.accuracy import settings_for as settings_for
     from .studies.compare import compare as compare
     from .studies.comparison import Comparison as Comparison
-    from .studies.fit import fit as fit
-    from .studies.fit_result import Fit as Fit
-    from .studies.sensitivities import sensitivities as sensitivities
     from .studies.sweep import Sweep as Sweep
     from .studies.sweep import sweep as sweep
     from .studies.trade import Trade as Trade

@@ -15,12 +15,12 @@ from .measured.curve import Reference
 from .model.build import build
 from .model.model import Model
 from .model.prepared import Prepared
+from .outcome.notebook import notebook_progress
+from .outcome.result import Result
 from .results.checkpoints import Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
 from .results.locking import lock_folder
-from .results.notebook import notebook_progress
 from .results.record import Record
-from .results.result import Result
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.problem import State

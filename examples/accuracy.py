@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from cohesive import Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from cohesive.studies.accuracy import settings_for
 from cohesive.studies.curves import Curve, curve_of
 from cohesive.studies.parameters import changes

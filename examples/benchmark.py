@@ -203,7 +203,7 @@ def command(size: Size | None, repeats: int = 3) -> Row:
         return seconds, json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))["timings"]
 
     ours = "cohesive.commands.run"
-    imports = ("gc", f"{ours}, gmsh", f"{ours}, gmsh, cohesive.results.figures")  # without the exit, which is that of the run
+    imports = ("gc", f"{ours}, gmsh", f"{ours}, gmsh, cohesive.figures.drawing")  # without the exit, which is that of the run
     codes = [f"import gc, os; gc.set_threshold(50_000); import {names}; os._exit(0)" for names in imports]
     with tempfile.TemporaryDirectory() as folder:
         loads: list[list[float]] = []

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Scene, fit
-from cohesive.studies.repeated_run import RepeatedRun
+from cohesive.fitting.repeated_run import RepeatedRun
 from examples.command import command
 from examples.identification import VARY, beam
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from pathlib import Path
 from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 

@@ -35,7 +35,7 @@ from matplotlib.patches import Patch, Rectangle
 from tqdm import tqdm
 
 from cohesive import Concrete, NotConverged, Result, Scene, SceneError, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from cohesive.results.files import write_table
 from examples.command import command
 from meshing import MeshError

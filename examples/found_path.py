@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
-from cohesive.results.path_files import draw_path
+from cohesive.figures.drawing import new_figure, save
+from cohesive.figures.found_path import draw_path
 from examples.command import command
 
 Array = NDArray[np.float64]

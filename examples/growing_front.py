@@ -33,8 +33,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
-from cohesive.results.solid_figures import outer_faces
+from cohesive.figures.drawing import new_figure, save
+from cohesive.figures.solid import outer_faces
 from examples.command import command
 
 Array = NDArray[np.float64]

@@ -20,9 +20,9 @@ import numpy as np
 
 from cohesive import Scene, fit
 from cohesive.arrays import Array
-from cohesive.studies.curve_choice import CurveChoice, fit_curves
-from cohesive.studies.fit_result import Fit
-from cohesive.studies.repeated_run import RepeatedRun
+from cohesive.fitting.curve_choice import CurveChoice, fit_curves
+from cohesive.fitting.repeated_run import RepeatedRun
+from cohesive.fitting.result import Fit
 from examples.command import command
 
 DATA = Path(__file__).parent / "data" / "olsen-normal-strength-beam.csv"

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 from examples.contact_smoothing import CLOSING, PAPER, WINDOW, Iterations, block, draw_counts, draw_residuals
 from examples.push_off import SHOWN, Sheared, sheared

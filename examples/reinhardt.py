@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from cohesive.studies.curves import Pair, curve_of
 from examples.command import command
 

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import draw_reference, new_figure, save
+from cohesive.figures.drawing import draw_reference, new_figure, save
 from examples.command import command
 
 WIDTHS = ("h", 10.0, 2.0, 0.25)

@@ -15,11 +15,11 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     model/test_loads.py                      a body that does not bear its weight
     model/test_plane_and_solid.py            the band of a beam in 3D against the plane one
     model/test_user_meshes.py                a band from a file, a mesh of tetrahedra
-    results/test_cell_figures.py             many triangles
+    figures/test_cells.py                   many triangles
     results/test_checkpoints.py              checkpoints at two more rows, within a snap-back, and after SIGKILL
     results/test_inputs.py                   copies that do not stay
-    results/test_pickle.py                   comparisons, processes, sizes
-    results/test_pictures.py                 five more titles
+    outcome/test_pickle.py                   comparisons, processes, sizes
+    figures/test_pictures.py                 five more titles
     scenes/test_damaged_scenes.py            500 damaged scenes where 100 run by default
     measured/test_reading.py                 a million rows
     solver/test_stepper.py                   dissipation control of a band
@@ -28,7 +28,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     solver/test_stages.py                    separated cracks of five elements, which cut hundreds of steps
     studies/test_accuracy.py                 default sizes at two more scales
     studies/test_comparison.py               the examples, runs that stop, the band with its points off the centre line
-    studies/test_fit.py                      intervals from noise and known scatter, numbers shared by two depths
+    fitting/test_fit.py                      intervals from noise and known scatter, numbers shared by two depths
     studies/test_pool.py                     clusters of Dask
     studies/test_solid_comparison.py         files and profiles in 3D
     studies/test_sweep.py                    processes of a script

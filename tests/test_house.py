@@ -24,8 +24,11 @@ ROOT = Path(__file__).parents[1]
 #: a room, and all rooms that are below it; what one floor shares does not see each other
 FLOORS = [
     "commands",
-    "studies",
+    "studies explore",
+    "fitting",
     "simulation",
+    "outcome",
+    "figures",
     "results",
     "growth",
     "model",
@@ -53,7 +56,7 @@ OPEN_TO_ALL = {"errors", "arrays"}
 OPEN_OF_MESHING = {"meshing.errors", "meshing.keys"}
 WHOLE_MESHING = {"scenes", "model"}
 GEOMETRY = {"meshing.cells", "meshing.cutting.stars", "meshing.paths"}
-SEES_GEOMETRY = {"results", "studies", "growth", "elements"}
+SEES_GEOMETRY = {"outcome", "figures", "results", "studies", "growth", "elements"}
 
 MAX_FUNCTION, MAX_FILE = 60, 400
 

@@ -6,8 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from ..outcome.result import Result
 from ..results.locking import lock_folder
-from ..results.result import Result
 from ..solver.stages import expected_steps
 from .common import ENDS, STOPPED, Commands, add_scene, add_verbose, load_scene, progress, reporter, status_of
 

@@ -40,9 +40,9 @@ def add_parser(commands: Commands) -> None:
 
 
 def _execute(options: argparse.Namespace) -> int:
-    from ..studies.curve_choice import fit_curves
-    from ..studies.export import exported
-    from ..studies.fit import fit
+    from ..fitting.curve_choice import fit_curves
+    from ..fitting.export import exported
+    from ..fitting.fit import fit
 
     scenes = [Scene.load(source).with_(**assignments(options.set)) for source in options.scenes]
     folder = Path(options.output or f"{Path(options.scenes[0]).stem}-fit")

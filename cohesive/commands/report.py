@@ -24,9 +24,9 @@ def add_parser(commands: Commands) -> None:
 
 def _execute(options: argparse.Namespace) -> int:
     from ..errors import SceneError
-    from ..results.page import write_page
-    from ..results.result import Result
-    from ..results.views import Views
+    from ..outcome.page import write_page
+    from ..outcome.result import Result
+    from ..outcome.views import Views
 
     folders = [Path(folder) for folder in options.folders]
     path = Path(options.output) if options.output else folders[0] / "report.html"

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from ..errors import SceneError
 from ..model.estimate import Estimate, estimate
+from ..outcome.result import Result
 from ..results.checkpoints import NAME as CHECKPOINT
 from ..results.files import FILES
 from ..results.locking import lock_folder
-from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import resume, run
 from ..solver.stages import expected_steps
@@ -121,8 +121,8 @@ def _finished(
 
 def _save_movie(result: Result, path: Path) -> None:
     """The movie of a run."""
-    from ..results.movie import write_movie  # with matplotlib
-    from ..results.views import Views
+    from ..outcome.movie import write_movie  # with matplotlib
+    from ..outcome.views import Views
 
     views = Views.from_result(result)
     with progress(len(views.rows), "frame") as bar:

@@ -10,9 +10,9 @@ from meshing.errors import MeshError
 
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.build import build
+from ..outcome.result import Result
 from ..results.files import make_folder
 from ..results.report import warnings
-from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import run
 from ..solver.stepper import Step

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..outcome.result import Result
 from ..results.files import make_folder, write_file, write_table
-from ..results.result import Result
 from .curves import Pair, curve_of
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class Comparison:
         SceneError
             If the folder cannot be written.
         """
-        from ..results.figures import save  # with matplotlib
+        from ..figures.drawing import save  # with matplotlib
 
         folder = Path(folder)
         make_folder(folder)

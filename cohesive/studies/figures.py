@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..arrays import Array
-from ..results.figures import abscissa, draw_reference, new_figure, plain_legend, set_title
+from ..figures.drawing import abscissa, draw_reference, new_figure, plain_legend, set_title
 
 if TYPE_CHECKING:
     from ..results.run_data import RunData

@@ -80,7 +80,7 @@ def tables(law: CrackPlane) -> dict[str, tuple[str, Array]]:
 
 def save_figure(law: CrackPlane, path: Path) -> None:
     """The four panels as PNG."""
-    from ..results.figures import new_figure, save, set_title
+    from ..figures.drawing import new_figure, save, set_title
 
     figure = new_figure(10.0, 8.0)
     axes = figure.subplots(2, 2)
@@ -168,7 +168,7 @@ def draw_softening(axes: Axes, concrete: Concrete, softening: Sequence[Any] = tu
 
 def save_softening_figure(concrete: Concrete, path: Path, softening: Sequence[Any] = tuple(SOFTENING)) -> None:
     """The curves of `draw_softening` as PNG."""
-    from ..results.figures import new_figure, save
+    from ..figures.drawing import new_figure, save
 
     figure = new_figure(6.0, 4.2)
     draw_softening(figure.subplots(), concrete, softening)

@@ -17,8 +17,8 @@ from meshing.errors import MeshError
 from ..algebra.threads import cores
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.prepared import Prepared, is_kept, prepare
+from ..outcome.result import Result
 from ..results.files import make_folder, write_file, write_table, write_text
-from ..results.result import Result
 from ..scenes.reference import load_reference
 from ..scenes.scene import Scene
 from ..simulation import run
@@ -133,7 +133,7 @@ class Sweep:
         write_table(folder / "sweep.csv", ["run", *table], rows)
         write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
         if any(result is not None and result.steps for result in self.results):
-            from ..results.figures import save  # with matplotlib
+            from ..figures.drawing import save  # with matplotlib
 
             write_file(folder / "sweep.png", partial(save, self.plot(), dpi=150))
 

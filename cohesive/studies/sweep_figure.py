@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..results.figures import abscissa, draw_reference, new_figure, set_title
+from ..figures.drawing import abscissa, draw_reference, new_figure, set_title
 from ..results.run_data import RunData
 
 #: more values than these have a bar of colours in place of a legend

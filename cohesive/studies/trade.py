@@ -125,7 +125,7 @@ class Trade:
 
     def save(self, folder: str | Path) -> None:
         """Write trade.csv, trade.png and trade.txt; SceneError if the folder cannot be written."""
-        from ..results.figures import save  # with matplotlib, which is slow to import
+        from ..figures.drawing import save  # with matplotlib, which is slow to import
         from .figures import trade_figure
 
         runs = [(trial, trial.cost.cpu, self.promise(trial)) for trial in self.trials if trial.cost is not None]

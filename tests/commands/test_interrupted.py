@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import cohesive.algebra.choice
+import cohesive.figures.pictures
 import cohesive.results.files
-import cohesive.results.pictures
 import cohesive.solver.newton
 import meshing.generation.polygon
 from cohesive import Scene, SceneError, run
@@ -33,7 +33,7 @@ PLACES = {
     "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
     "the first step": (cohesive.solver.newton, "next_state", 1),
     "Newton": (cohesive.solver.newton, "next_state", 8),
-    "the pictures": (cohesive.results.pictures, "save_curve", 1),
+    "the pictures": (cohesive.figures.pictures, "save_curve", 1),
     "renaming a file": (os, "replace", 4),
 }
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from cohesive import NotConverged, Result, Scene, run, sensitivities
+from cohesive.fitting.repeated_run import value_of
 from cohesive.model.build import build
 from cohesive.solver.problem import State
 from cohesive.solver.stepper import solve
-from cohesive.studies.repeated_run import value_of
 from meshing.specimens import SPECIMENS, Drive, MixedModePlate
 from tests.builders import assert_refused, assert_same_history, coarse_beam, grid, plate
 

@@ -13,9 +13,9 @@ from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
 from cohesive.arrays import Array
+from cohesive.figures.drawing import abscissa, draw_reference
 from cohesive.measured.curve import Measured, Reference
 from cohesive.results.agreement import agreement, agreement_lines
-from cohesive.results.figures import abscissa, draw_reference
 from tests.builders import coarse_beam
 
 X, Y = np.array([0.0, 1.0, 3.0]), np.array([0.0, 10.0, 4.0])

@@ -9,7 +9,7 @@ import matplotlib
 import pytest
 
 from cohesive import Result, Scene, compare, run, sweep
-from cohesive.results.figures import draw_curve, new_figure
+from cohesive.figures.drawing import draw_curve, new_figure
 from cohesive.scenes.scene import built_in
 
 #: what each built-in scene is controlled and measured by

@@ -10,7 +10,7 @@ import pytest
 
 from cohesive import Measured, Scene, SceneError, fit, read_measured, run, sweep
 from cohesive.commands.command_line import main
-from cohesive.studies.explorer import Explorer
+from cohesive.explore.explorer import Explorer
 from tests.measured.files import X, Y, semicolons, table
 
 VARY = {"material.Gf": (0.05, 0.5)}
