@@ -11,16 +11,16 @@ from pathlib import Path
 from .errors import Interrupted, NotConverged, SceneError
 from .growth.found import FoundPath
 from .growth.search import find_path, found_scene
+from .measured.curve import Reference
 from .model.build import build
 from .model.model import Model
 from .model.prepared import Prepared
+from .outcome.notebook import notebook_progress
+from .outcome.result import Result
 from .results.checkpoints import Checkpoint, CheckpointWriter, Done
 from .results.files import HistoryWriter
-from .results.locking import held
-from .results.notebook import notebook_progress
+from .results.locking import lock_folder
 from .results.record import Record
-from .results.result import Result
-from .scenes.measured import Reference
 from .scenes.reference import load_reference
 from .scenes.scene import Scene
 from .solver.problem import State
@@ -92,7 +92,7 @@ def resume(
 
     Parameters
     ----------
-    folder : `output` of that run, which is written on. Its checkpoint is a pickle: resume what you trust.
+    folder : `output` of that run, which is written on.
     on_step, on_phase : see `run`
 
     Raises
@@ -103,7 +103,7 @@ def resume(
     last = Checkpoint.read(Path(folder))
     built = build(last.scene, last.tangent, on_phase)
     with notebook_progress(last.scene.stages) if on_step is None else nullcontext(on_step) as then:
-        return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, then, last)
+        return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, then, last, last.found)
 
 
 def _march(
@@ -118,15 +118,14 @@ def _march(
 ) -> Result:
     """Take a model through the stages of its scene, from the beginning or from a checkpoint."""
     notes = [*([] if found is None else found.notes), *built.notes]
-    done = [] if last is None else last.done
+    done, stood, size = ([], None, None) if last is None else last.done(built)
     record = Record(built.problem, scene.output.frames, done)
     unsaved: list[Done] = []  # rows since the last checkpoint
     clock = time.perf_counter() - (done[-1][0]["wall_time"] if done else 0.0)
 
     def result(note: str | None = None) -> Result:
         stopped = [] if note is None else [f"stopped: {note}"]
-        built.timings["newton"] = time.perf_counter() - clock
-        return Result(scene, built, record, notes + stopped, reference, found)
+        return Result.from_run(scene, built, record, notes + stopped, time.perf_counter() - clock, reference, found)
 
     def observed(state: State) -> dict[str, float]:
         return built.record(state) | built.crack_lengths(state)
@@ -137,15 +136,15 @@ def _march(
         writer.write(row)
 
     try:
-        with held(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with lock_folder(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
             for row, _ in done:
                 writer.write(row)
             stepper = solve(built.problem, scene.stages, built.recorded, scene.solver.step_growth, notes)
             built = replace(built, problem=stepper.problem)
-            if last is not None:
-                stepper = last.march_on(built) or stepper
+            if stood is not None:
+                stepper.go_on_from(stood)
                 notes = stepper.notes
-            with CheckpointWriter(output, scene, tangent, built, last) as checkpoints:
+            with CheckpointWriter(output, scene, tangent, found, built.mesh.points, size) as checkpoints:
                 if not record.rows:
                     keep(_first_row(observed(built.problem.initial())), built.problem.initial())
                 for step in stepper:

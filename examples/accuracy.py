@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from cohesive import Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from cohesive.studies.accuracy import settings_for
 from cohesive.studies.curves import Curve, curve_of
 from cohesive.studies.parameters import changes
@@ -89,10 +89,10 @@ def main(accuracies: tuple[float, ...] = (0.05, 0.01, 0.002), finest: float = 8.
 def _draw(rows: list[Row], truth: Curve, path: Path) -> None:
     figure = new_figure(11.0, 4.4)
     curves, costs = figure.subplots(1, 2)
-    curves.plot(truth.opening, truth.load, color="0.75", linewidth=4.0, label="everything finer")
+    curves.plot(truth.x, truth.load, color="0.75", linewidth=4.0, label="everything finer")
     for i, row in enumerate(rows):
         name = f"asked for {100 * row.asked:g} %" if row.asked else "as it is"
-        curves.plot(row.curve.opening, row.curve.load, ".-", color=f"C{i}", linewidth=0.8, markersize=3, label=name)
+        curves.plot(row.curve.x, row.curve.load, ".-", color=f"C{i}", linewidth=0.8, markersize=3, label=name)
         costs.loglog(row.cpu, 100 * row.error, "o", color=f"C{i}", label=f"{name}: its error")
         if row.asked:
             costs.loglog(row.cpu, 100 * row.promised, "_", color=f"C{i}", markersize=14, label=f"{name}: the promise")

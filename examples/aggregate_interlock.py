@@ -30,8 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
+from cohesive.figures.drawing import new_figure, save
 from cohesive.law.concrete import PRESETS
-from cohesive.results.figures import new_figure, save
 from cohesive.studies.law_responses import follow
 from examples.command import command
 from examples.walraven import walraven

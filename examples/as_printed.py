@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from cohesive import Concrete, CrackPlane, NotConverged, Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 from examples.jacobsen import OPENINGS, along, nominal_path, point_peak
 from examples.reinhardt import plate

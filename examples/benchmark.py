@@ -31,7 +31,8 @@ from cohesive.algebra.bordered import SparseStiffness
 from cohesive.algebra.threads import begin_with_one
 from cohesive.model.build import build
 from cohesive.solver.stepper import solve
-from meshing import PlaneSpecimen, refinement
+from meshing import PlaneSpecimen
+from meshing.generation import refinement
 from meshing.generation.polygon import mesh_face
 
 #: crack_size, far_size, shape, order, model
@@ -163,10 +164,11 @@ def elastic_solve(scene: Scene, order: str, repeats: int = 2) -> Row:
     problem = build(scene).problem
     assert isinstance(problem.stiffness, SparseStiffness)
     rows, columns, values = problem.operator.stiffness(problem.point_law.elastic())
-    K = (problem.stiffness.matrix + sp.coo_array((values, (rows, columns)), shape=problem.stiffness.matrix.shape)).tocsc()
+    matrix = problem.stiffness.factor * problem.stiffness.matrix
+    K = (matrix + sp.coo_array((values, (rows, columns)), shape=matrix.shape)).tocsc()
     if order == "NATURAL":
         K = K[problem.stiffness.order][:, problem.stiffness.order].tocsc()
-    del problem  # and the factor with which it was seen to be held
+    del problem, matrix  # and the factor with which it was seen to be held
     load = np.random.default_rng(0).normal(size=K.shape[0])
     factors: list[spla.SuperLU] = []
 
@@ -201,7 +203,7 @@ def command(size: Size | None, repeats: int = 3) -> Row:
         return seconds, json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))["timings"]
 
     ours = "cohesive.commands.run"
-    imports = ("gc", f"{ours}, gmsh", f"{ours}, gmsh, cohesive.results.figures")  # without the exit, which is that of the run
+    imports = ("gc", f"{ours}, gmsh", f"{ours}, gmsh, cohesive.figures.drawing")  # without the exit, which is that of the run
     codes = [f"import gc, os; gc.set_threshold(50_000); import {names}; os._exit(0)" for names in imports]
     with tempfile.TemporaryDirectory() as folder:
         loads: list[list[float]] = []

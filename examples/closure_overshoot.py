@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 Array = NDArray[np.float64]

@@ -34,7 +34,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from cohesive.studies.law_responses import closing
 from examples.command import command
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Scene, fit
-from cohesive.studies.rig import Rig
+from cohesive.fitting.repeated_run import RepeatedRun
 from examples.command import command
 from examples.identification import VARY, beam
 
@@ -28,7 +28,7 @@ def main(plot: Path | None = None, count: int = 200, noise: float = 0.02) -> dic
     mesh = {"mesh.crack_size": 3.5, "mesh.far_size": 14.0, "interface.width": 0.2, "material.softening": "hordijk"}
     steps = {"stage.0.control": "driven", "stage.0.to": 0.35, "stage.0.steps": 24}
     scene: Scene = beam(50.0, 200.0, 50.0, 15.0, **mesh, **steps)
-    history = Rig(scene.with_(**TRUTH)).run({}).history
+    history = RepeatedRun(scene.with_(**TRUTH)).run({}).history
     x, y = history["driven"], history["load"]
     held = dict.fromkeys(TRUTH, 0)
     for seed in range(count):

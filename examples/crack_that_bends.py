@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 Array = NDArray[np.float64]
@@ -60,10 +60,10 @@ def path(lean: float) -> list[list[float]]:
 def measured(result: Result, line: Array) -> Crack:
     """The crack of a run along the polyline `line`."""
     h = result.history
-    sliding = result.model.cracks.point_values(result.last)["sliding"]
-    point, opening = result.opening_profile(len(h["load"]) - 1)
+    sliding = result.crack(-1)["sliding"]
+    point, opening = result.opening_profile(-1)
     # the line rises all the way, and the height of a cell's middle tells its segment
-    cell = result.model.cracks.cell
+    cell = result.fields.cell
     middle = (np.bincount(cell, point[:, 1]) / np.bincount(cell))[cell]
     segment = np.searchsorted(line[:, 1], middle) - 1
     along = np.diff(line, axis=0)

@@ -21,7 +21,7 @@ from pathlib import Path
 from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 
@@ -41,11 +41,11 @@ def measured(result: Result) -> Row:
     """The row of a run."""
     h = result.history
     lateral = 0.0
-    if result.model.is_smeared:
+    if result.is_smeared:
         stress = result.frame(int(h["load"].argmax())).stress[-1]  # of the band, which runs along y
-        lateral = float(abs(stress[:, 1]).mean() * result.model.cracks.width * result.scene.specimen.thickness)
+        lateral = float(abs(stress[:, 1]).mean() * result.width * result.scene.specimen.thickness)
     energy = float(trapezoid(h["load"], h["opening"]))
-    return Row(result.model.cracks.width, result.peak_load, energy, lateral, result.solution_time, result.iterations)
+    return Row(result.width, result.peak_load, energy, lateral, result.solution_time, result.iterations)
 
 
 def main(

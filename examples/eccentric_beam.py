@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, fit, run
-from cohesive.results.figures import new_figure, save
-from cohesive.results.path_files import draw_path
+from cohesive.figures.drawing import new_figure, save
+from cohesive.figures.found_path import draw_path
 from examples.command import command
 
 DATA = Path(__file__).parent / "data" / "garcia-alvarez-2012-eccentric-d80.csv"

@@ -16,7 +16,6 @@ About five minutes on two cores; extremes.csv has a line for each run.
 
 from __future__ import annotations
 
-import csv
 import multiprocessing
 import os
 import re
@@ -36,7 +35,8 @@ from matplotlib.patches import Patch, Rectangle
 from tqdm import tqdm
 
 from cohesive import Concrete, NotConverged, Result, Scene, SceneError, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
+from cohesive.results.files import write_table
 from examples.command import command
 from meshing import MeshError
 
@@ -140,7 +140,7 @@ def loop(result: Result) -> str:
     last = h["stage"] > h["stage"].max() - 4
     start = np.flatnonzero(last)[0] - 1
     work = h["work"] - h["elastic"] - h["stored"] - h["dissipated"]
-    return f"{(work[-1] - work[start]) / result.problem.energy:+.2f}"
+    return f"{(work[-1] - work[start]) / (result.scene.material.Gf * result.facts.crack_area):+.2f}"
 
 
 def against(scale: float, base: Scene, result: Result) -> str:
@@ -344,12 +344,13 @@ def main(thorough: bool = True, plot: Path | None = None) -> dict[str, dict[str,
             print(f"  {case.map}, {case.row}, {case.value}: {end.reason}")
     if plot is not None:
         _draw(todo, found, plot)
-        with open(plot.with_suffix(".csv"), "w", encoding="utf-8", newline="") as file:
-            lines = csv.writer(file, lineterminator="\n")
-            lines.writerow(["map", "model", "value", "outcome", "read", "steps", "iterations", "cuts", "seconds", "reason"])
-            for case, end in zip(todo, found, strict=True):
-                numbers = [end.steps, end.iterations, end.cuts, f"{end.seconds:.2f}"]
-                lines.writerow([case.map, case.row, case.value, end.status, end.text, *numbers, end.reason])
+        names = ["map", "model", "value", "outcome", "read", "steps", "iterations", "cuts", "seconds", "reason"]
+        rows = (
+            [case.map, case.row, case.value, end.status, end.text, end.steps, end.iterations, end.cuts, f"{end.seconds:.2f}",
+             end.reason]
+            for case, end in zip(todo, found, strict=True)
+        )  # fmt: skip
+        write_table(plot.with_suffix(".csv"), names, rows)
     return table
 
 

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
-from cohesive.results.path_files import draw_path
+from cohesive.figures.drawing import new_figure, save
+from cohesive.figures.found_path import draw_path
 from examples.command import command
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ class Found:
 
 
 def two_notches(size: float, apart: float = 20.0) -> Scene:
-    """A beam like the built-in one with two notches, as an outline of one's own."""
+    """A beam like the built-in one with two notches, as a user outline."""
     beam = Scene.load("notched-beam")
     specimen = {
         "kind": "outline",
@@ -78,10 +78,9 @@ def two_notches(size: float, apart: float = 20.0) -> Scene:
 
 def open_planes(result: Result) -> tuple[Array, Array]:
     """Places and directions of the crack planes of a smeared model that are open."""
-    planes, cracks = result.last.cracks.planes, result.model.cracks
-    opening = planes.length * planes.strain[:, 0]
-    is_open = opening > 0.05 * opening.max()
-    return cracks.where[planes.point[is_open]], planes.rotation[is_open, 1]
+    planes = result.fields.planes.of(result.steps)
+    is_open = planes.opening > 0.05 * planes.opening.max()
+    return result.fields.where[planes.point[is_open]], planes.normal[is_open][:, ::-1] * [-1.0, 1.0]
 
 
 def main(size: float = 1.0, plot: Path | None = None) -> Found:

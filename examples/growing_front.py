@@ -33,8 +33,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
-from cohesive.results.solid_figures import outer_faces
+from cohesive.figures.drawing import new_figure, save
+from cohesive.figures.solid import outer_faces
 from examples.command import command
 
 Array = NDArray[np.float64]
@@ -286,9 +286,9 @@ def _draw(
 
 def _draw_opened(figure: Figure, place: SubplotSpec, result: Result) -> None:
     """Half of both crack faces in the last row, the notch included, opened up."""
-    model, frame = result.model, result.frame(len(result.history["step"]) - 1)
-    nodes, _ = outer_faces([(block.kind, block.cells) for block in model.bulk])
-    corners, lift = model.mesh.points[nodes], frame.displacement[nodes][..., 1] - result.history["driven"][-1] / 2
+    fields, frame = result.fields, result.frame(-1)
+    nodes, _ = outer_faces([(block.kind, block.cells) for block in fields.bulk])
+    corners, lift = fields.mesh.points[nodes], frame.displacement[nodes][..., 1] - result.history["driven"][-1] / 2
     behind = (abs(corners[..., 1]) < 1e-6).all(axis=1) & (corners[..., 2].mean(axis=1) < 0)
     corners, lift = corners[behind], lift[behind]
     factor = float(f"{0.4 * RADIUS / abs(lift).max():.0e}")

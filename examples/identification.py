@@ -20,9 +20,9 @@ import numpy as np
 
 from cohesive import Scene, fit
 from cohesive.arrays import Array
-from cohesive.studies.curve_choice import CurveChoice, fit_curves
-from cohesive.studies.fit_result import Fit
-from cohesive.studies.rig import Rig
+from cohesive.fitting.curve_choice import CurveChoice, fit_curves
+from cohesive.fitting.repeated_run import RepeatedRun
+from cohesive.fitting.result import Fit
 from examples.command import command
 
 DATA = Path(__file__).parent / "data" / "olsen-normal-strength-beam.csv"
@@ -52,7 +52,7 @@ def four_curves(curves: tuple[str, ...] = CURVES, **options: object) -> CurveCho
 
 def measured(scene: Scene, seed: int, noise: float = 0.02) -> tuple[Array, Array]:
     """The curve of a scene with noise, a part of its peak."""
-    history = Rig(scene).run({}).history
+    history = RepeatedRun(scene).run({}).history
     load = history["load"]
     return history["driven"], load + noise * load.max() * np.random.default_rng(seed).normal(size=len(load))
 

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane, Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 Array = NDArray[np.float64]
@@ -86,12 +86,12 @@ def mixed_mode(result: Result) -> Run:
     """The second stage of a run."""
     h = result.history
     start = int(np.flatnonzero(h["opening"] >= result.scene.stages[0].targets[0] * (1 - 1e-6))[0])
-    cracks = [result.frame(row).cracks for row in range(len(h["step"]))]
+    cracks = [result.fields.cell_values(row) for row in range(len(h["step"]))]
     path = np.array([[c["opening"].mean(), c["sliding"].mean()] for c in cracks])
     now = slice(start, None)
     return Run(
         h["sliding"][now], h["opening"][now], h["stress_s"][now], h["stress_n"][now],
-        path[now], path, float(h["opening"][start]), float(result.model.cracks.width),
+        path[now], path, float(h["opening"][start]), float(result.width),
     )  # fmt: skip
 
 

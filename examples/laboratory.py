@@ -21,7 +21,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 BEAMS = ("en-14651", "rilem-tc-50", "jci-s-001", "four-point-beam")

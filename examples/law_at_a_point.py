@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from cohesive import Concrete, CrackPlane
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from cohesive.studies.law_responses import follow
 from examples.command import command
 

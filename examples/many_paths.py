@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import SceneError, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 from examples.eccentric_beam import beam
 

@@ -24,8 +24,8 @@ import numpy as np
 
 from cohesive import Result, Scene, run
 from cohesive.arrays import Array
+from cohesive.figures.drawing import draw_reference, new_figure, save
 from cohesive.results.agreement import Agreement, agreements
-from cohesive.results.figures import draw_reference, new_figure, save
 from examples.command import command
 
 DATA = Path(__file__).parent / "data"

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 PARTS = ("dissipated", "stored", "elastic", "contact_work")

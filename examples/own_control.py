@@ -1,4 +1,4 @@
-"""A control of one's own: the opening less the sliding of the gauge, here on a crack that is sheared."""
+"""A control of a user's script: the opening less the sliding of the gauge, here on a crack that is sheared."""
 
 from cohesive import Result, Scene, register_control, run
 from cohesive.arrays import Array

@@ -1,4 +1,4 @@
-"""A softening curve of one's own: a straight line that ends at 2 Gf/ft."""
+"""A softening curve of a user's script: a straight line that ends at 2 Gf/ft."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A specimen of one's own: a cube with a notch from above whose mouth is pushed apart."""
+"""A specimen of a user's script: a cube with a notch from above whose mouth is pushed apart."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 from examples.walraven import walraven
 

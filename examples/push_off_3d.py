@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 from examples.contact_smoothing import CLOSING, PAPER, WINDOW, Iterations, block, draw_counts, draw_residuals
 from examples.push_off import SHOWN, Sheared, sheared
@@ -41,10 +41,10 @@ CURVES = {
 def unevenness(result: Result) -> tuple[float, float]:
     """Largest difference of the cells' shear from its mean at the end, over the mean: of means over the thickness, and of
     means along the plane."""
-    cracks = result.frame(len(result.history["step"]) - 1).cracks
-    model = result.model.cracks
-    count = np.bincount(model.cell)
-    x, z = (np.bincount(model.cell, model.where[:, axis]) / count for axis in (0, 2))
+    fields = result.fields
+    cracks = fields.cell_values(result.steps)
+    count = np.bincount(fields.cell)
+    x, z = (np.bincount(fields.cell, fields.where[:, axis]) / count for axis in (0, 2))
     shear, found = cracks["traction_s"], []
     for place in (x, z):
         _, row = np.unique(place.round(6), return_inverse=True)

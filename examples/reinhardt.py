@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from cohesive.studies.curves import Pair, curve_of
 from examples.command import command
 
@@ -171,7 +171,7 @@ def main(size: float = 2.5, turns: Sequence[float] = TURNS, plot: Path | None = 
         }
         print(f"{model + ', ' + name:26s}{c.peak:9.4f}{back.min():13.4f} to {back.max():.4f}{100 * away:19.3f}")
     for model, result in results.items():
-        envelope, m, width = once[model, "fixed"], result.scene.material, result.model.cracks.width
+        envelope, m, width = once[model, "fixed"], result.scene.material, result.width
         energy = envelope.area + envelope.stress[-1] * m.Gf / m.ft
         off = energy / (m.Gf + m.ft**2 * width / (2 * m.E)) - 1.0
         stiffness, failed = cyclic[model, "fixed"].reloading(), int(result.history["cuts"].sum())

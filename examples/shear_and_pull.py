@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib.patches import Polygon
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import new_figure, save
+from cohesive.figures.drawing import new_figure, save
 from examples.command import command
 
 #: shear force, N, and the scene with the paths that belong to it

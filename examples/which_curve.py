@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Concrete, Result, Scene, run
-from cohesive.results.figures import draw_reference, new_figure, save
+from cohesive.figures.drawing import draw_reference, new_figure, save
 from cohesive.studies.law_responses import softening_curves
 from examples.command import command
 

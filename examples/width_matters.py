@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from cohesive import Result, Scene, run
-from cohesive.results.figures import draw_reference, new_figure, save
+from cohesive.figures.drawing import draw_reference, new_figure, save
 from examples.command import command
 
 WIDTHS = ("h", 10.0, 2.0, 0.25)
@@ -46,7 +46,7 @@ def measured(result: Result) -> Row:
     opening, load = (result.history[name] for name in ("opening", "load"))
     early = float(np.interp(EARLY, opening, load))
     return Row(
-        result.model.cracks.width,
+        result.width,
         early,
         result.peak_load,
         result.opening_at_peak,

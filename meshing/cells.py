@@ -1,11 +1,12 @@
 """Every cell type once: nodes, edges, faces, crack cell. Local numbers are those of meshio's node order.
 
-To add an element, add a row here (and its shapes where they are used); `tests/meshing/test_cells.py` runs over all rows.
+To add an element, add a row here and one to `cohesive/elements/registry.py`; `tests/meshing/test_cells.py` runs over all rows.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import meshio
 
@@ -25,8 +26,8 @@ class CellType:
     ----------
     dimension : 1, 2 or 3.
     n_corners : number of corners; corners come first, then the mid nodes of edges.
-    facet_corners : corners of a facet, which is what two cells share: an edge in 2D, a face in 3D. Of a crack cell, the
-        corners of either side.
+    facet : type of a facet, which is what two cells share: an edge in 2D, a face in 3D. Of a crack cell, that of either
+        side.
     edges : (first corner, second corner[, mid node]) each, in the order of the mid nodes. In 2D the cell is to the left.
     faces : corners in a ring[, mid nodes, in the order of the ring's edges]; the ring's normal points into the cell.
     flip : node order that reverses the orientation of the cell, its own inverse.
@@ -36,24 +37,55 @@ class CellType:
     crack_columns : of a crack cell, where its nodes stand in the nodes of the minus facet followed by those of the plus
         facet. Its edges across the crack have no mid node of their own: a corner of the minus side (in quad8 of either) stands
         in.
+    second_order : type with the same corners and mid nodes.
+    children : of a cell whose edges are halved, the corners of its parts: by its corners 0, 1, ..., then the middles of its
+        edges, then its centre.
+    collapsed : of a simplex, its corners as those of a quadrilateral or hexahedron, some of them repeated.
+    density : of a bulk cell, nodes for each square or cube of the element size: from meshes; the least would be 1.15 corners
+        of triangles.
     gmsh : element number of gmsh, if the node orders agree.
     """
 
     dimension: int
     n_corners: int
-    facet_corners: int = 0
+    facet: str = ""
     edges: tuple[Row, ...] = ()
     faces: tuple[Row, ...] = ()
     flip: Row = ()
     neighbours: tuple[Row, ...] = ()
     crack_cell: str = ""
     crack_columns: Row = ()
+    second_order: str = ""
+    children: tuple[Row, ...] = ()
+    collapsed: Row = ()
+    density: float = 0.0
     gmsh: int | None = None
 
     @property
     def facets(self) -> tuple[Row, ...]:
         """Edges of a 2D cell, faces of a 3D cell."""
         return self.edges if self.dimension == 2 else self.faces
+
+    @property
+    def facet_corners(self) -> int:
+        """Number of corners of a facet."""
+        return CELLS[self.facet].n_corners
+
+    @property
+    def is_row_cell(self) -> bool:
+        """Whether a row of such cells may be a band: a crack cell with a thickness is one of them."""
+        return bool(self.crack_cell) and self is CELLS[self.crack_cell]
+
+    @property
+    def as_cube(self) -> list[int]:
+        """The corners as those of a quadrilateral or hexahedron."""
+        return list(self.collapsed or range(self.n_corners))
+
+    @cached_property
+    def sides(self) -> tuple[list[int], list[int]]:
+        """Of a crack cell, the columns of the nodes of its minus and its plus side, in the order of the facet's nodes."""
+        at = [self.crack_columns.index(node) for node in range(max(self.crack_columns) + 1)]
+        return at[: len(at) // 2], at[len(at) // 2 :]
 
 
 #: by the name of meshio
@@ -69,19 +101,25 @@ CELLS: dict[str, CellType] = {
     "triangle": CellType(
         dimension=2,
         n_corners=3,
-        facet_corners=2,
+        facet="line",
         edges=((0, 1), (1, 2), (2, 0)),
         flip=(0, 2, 1),
         crack_cell="quad",
+        second_order="triangle6",
+        children=((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+        collapsed=(0, 1, 2, 2),
+        density=1.25,
         gmsh=2,
     ),
     "triangle6": CellType(
         dimension=2,
         n_corners=3,
-        facet_corners=2,
+        facet="line3",
         edges=((0, 1, 3), (1, 2, 4), (2, 0, 5)),
         flip=(0, 2, 1, 5, 4, 3),
         crack_cell="quad8",
+        collapsed=(0, 1, 2, 2),
+        density=5.0,
         gmsh=9,
     ),
     #   3 --6-- 2          as a crack cell
@@ -92,21 +130,25 @@ CELLS: dict[str, CellType] = {
     "quad": CellType(
         dimension=2,
         n_corners=4,
-        facet_corners=2,
+        facet="line",
         edges=((0, 1), (1, 2), (2, 3), (3, 0)),
         flip=(0, 3, 2, 1),
         crack_cell="quad",
         crack_columns=(0, 1, 3, 2),
+        second_order="quad8",
+        children=((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3)),
+        density=1.5,
         gmsh=3,
     ),
     "quad8": CellType(
         dimension=2,
         n_corners=4,
-        facet_corners=2,
+        facet="line3",
         edges=((0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)),
         flip=(0, 3, 2, 1, 7, 6, 5, 4),
         crack_cell="quad8",
         crack_columns=(0, 1, 4, 3, 2, 1, 5, 3),
+        density=4.5,
         gmsh=16,
     ),
     # quad8 with a node in the middle; on crack surfaces in files only
@@ -123,23 +165,28 @@ CELLS: dict[str, CellType] = {
     "tetra": CellType(
         dimension=3,
         n_corners=4,
-        facet_corners=3,
+        facet="triangle",
         edges=((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)),
         faces=((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)),
         flip=(0, 1, 3, 2),
         neighbours=((1, 2, 3),),
         crack_cell="wedge",
+        second_order="tetra10",
+        collapsed=(0, 1, 2, 2, 3, 3, 3, 3),
+        density=1.4,
         gmsh=4,
     ),
     "tetra10": CellType(  # gmsh has nodes 8 and 9 the other way round
         dimension=3,
         n_corners=4,
-        facet_corners=3,
+        facet="triangle6",
         edges=((0, 1, 4), (1, 2, 5), (0, 2, 6), (0, 3, 7), (1, 3, 8), (2, 3, 9)),
         faces=((0, 1, 2, 4, 5, 6), (0, 3, 1, 7, 8, 4), (0, 2, 3, 6, 9, 7), (1, 3, 2, 8, 9, 5)),
         flip=(0, 1, 3, 2, 4, 8, 7, 6, 5, 9),
         neighbours=((1, 2, 3),),
         crack_cell="wedge15",
+        collapsed=(0, 1, 2, 2, 3, 3, 3, 3),
+        density=10.0,
     ),
     #       7 ------- 6
     #      /|        /|    as a crack cell: 0 1 2 3 the minus side, 4 5 6 7 the plus side
@@ -150,7 +197,7 @@ CELLS: dict[str, CellType] = {
     "hexahedron": CellType(
         dimension=3,
         n_corners=8,
-        facet_corners=4,
+        facet="quad",
         edges=((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
         faces=((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
         flip=(0, 3, 2, 1, 4, 7, 6, 5),
@@ -170,11 +217,11 @@ CELLS: dict[str, CellType] = {
     #       6 |  7
     #        \| /
     #         1
-    "wedge": CellType(dimension=3, n_corners=6, facet_corners=3, crack_columns=(0, 1, 2, 3, 4, 5), gmsh=6),
+    "wedge": CellType(dimension=3, n_corners=6, facet="triangle", crack_columns=(0, 1, 2, 3, 4, 5), gmsh=6),
     "wedge15": CellType(  # gmsh orders the mid nodes otherwise
         dimension=3,
         n_corners=6,
-        facet_corners=3,
+        facet="triangle6",
         crack_columns=(0, 1, 2, 6, 7, 8, 3, 4, 5, 9, 10, 11, 0, 1, 2),
     ),
 }

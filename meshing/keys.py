@@ -19,16 +19,17 @@ def key(
     at_most: float | None = None,
     one_of: tuple[str, ...] = (),
     by_rule: bool = False,
+    hash: bool | None = None,
 ) -> Any:
     """A field of a dataclass that is a key of a scene.
 
     None is always in range; a string is, if the range has numbers. A key without a default must be given, or follows from
-    others by a rule.
+    others by a rule. `hash` is that of `dataclasses.field`.
     """
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     given = {name: bound for name, bound in bounds.items() if bound is not None}
     metadata = {"meaning": meaning, "unit": unit, "bounds": given, "one_of": one_of, "by_rule": by_rule}
-    return field(default=default, metadata=metadata)
+    return field(default=default, hash=hash, metadata=metadata)
 
 
 def key_of(each: Field[Any]) -> str:

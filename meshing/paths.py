@@ -1,9 +1,9 @@
-"""Polylines: their lengths, and points and distances along them. Lengths in mm."""
+"""Polylines and polygons: lengths, areas, points on them, distances from them and along them. Lengths in mm."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +16,17 @@ Line = Sequence[Point]
 
 #: points nearer than this part of the size of the body are one
 SLACK = 1e-6
+
+
+def segment_lengths(lines: Iterable[Line]) -> list[float]:
+    """Length of each segment of some polylines."""
+    return [math.dist(a, b) for line in lines for a, b in pairwise(line)]
+
+
+def signed_area(corners: Line) -> float:
+    """Area inside a polygon, mm^2; negative if its corners run clockwise."""
+    x, y = np.asarray(corners, dtype=float).T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
 def path_length(name: str, lines: Sequence[Line]) -> float:
@@ -58,6 +69,16 @@ def along_paths(points: Array, lines: Sequence[Line]) -> Array:
     if not lines:
         span = np.ptp(points, axis=0)
         return np.asarray(points[:, span.argmax()] - points[:, span.argmax()].min())
+    return _nearest(points, lines)[1]
+
+
+def distance_to(point: Point, lines: Iterable[Line]) -> float:
+    """Distance of a point from the nearest of some polylines, mm; infinite without one."""
+    return float(_nearest(np.array([point], dtype=float), lines)[0][0])
+
+
+def _nearest(points: Array, lines: Iterable[Line]) -> tuple[Array, Array]:
+    """Distances of points (m, 2) from polylines, and how far along them their nearest points are."""
     nearest, position, start = np.full(len(points), np.inf), np.zeros(len(points)), 0.0
     for line in lines:
         for a, b in pairwise(np.asarray(line, dtype=float)):
@@ -67,7 +88,7 @@ def along_paths(points: Array, lines: Sequence[Line]) -> Array:
             closer = distance < nearest
             nearest[closer], position[closer] = distance[closer], start + along[closer]
             start += length
-    return position
+    return nearest, position
 
 
 def as_text(point: Sequence[float] | Array) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,13 @@ import numpy as np
 import pytest
 
 from cohesive import Result, Scene, SceneError, run
+from cohesive.algebra.bordered import Border, Stiffness
 from cohesive.arrays import Array, Index
+from cohesive.model.build import build
+from cohesive.model.model import Model
 from cohesive.solver.problem import State
+from cohesive.solver.stages import Stage
+from cohesive.solver.stepper import LoadStepper, solve
 from meshing import MeshError
 from meshing.generation.extrusion import with_mid_nodes
 
@@ -47,10 +53,34 @@ def plate(**changes: Any) -> Scene:
     )
 
 
-def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State]]:
-    """A run with the state of every row."""
-    result = run(scene, model)
-    return result, list(result.states)
+class Interfered:
+    """The stiffness of a body; `before` is called with each system that is to be solved, and may raise."""
+
+    def __init__(self, stiffness: Stiffness, before: Callable[[Border], None]) -> None:
+        self._stiffness, self._before = stiffness, before
+
+    def solve(self, border: Border, *given: Any) -> Array:
+        self._before(border)
+        return self._stiffness.solve(border, *given)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stiffness, name)
+
+
+def interfered_march(scene: Scene, before: Callable[[Border], None], stages: list[Stage] | None = None) -> LoadStepper:
+    """The march of a scene whose every linear system is seen, or spoiled, before it is solved."""
+    model = build(scene)
+    problem = replace(model.problem, stiffness=Interfered(model.problem.stiffness, before))
+    return solve(problem, stages or scene.stages, model.recorded)
+
+
+def run_and_keep(scene: Scene, model: str | None = None) -> tuple[Result, list[State], Model]:
+    """A run with the state of every row, and a model of the same scene."""
+    scene = scene if model is None else scene.with_(**{"model.kind": model})
+    built = build(scene)
+    states = [built.problem.initial()]
+    result = run(scene, on_step=lambda step, row: states.append(step.equilibrium.state))
+    return result, states, built
 
 
 #: columns of a history that belong to a state, and those whose scale another one gives, as they may be rounding only
@@ -156,12 +186,12 @@ def cubes(kind: str = "hexahedron", n: int = 4) -> meshio.Mesh:
 
 @dataclass
 class Patch:
-    """Points (m, d), cells of one kind, and where they are split: crack cells and the leader of each node."""
+    """Points (m, d), cells of one kind, and where they are split: crack cells and the representative of each node."""
 
     points: Array
     kind: str
     cells: Index
-    leader: Index
+    representative: Index
     crack_kind: str = ""
     crack: Index | None = None
 
@@ -225,9 +255,9 @@ def _split(solid: Patch, z: float) -> Patch:
     crack = np.column_stack([a, twin[a]])
     if mids:
         crack = np.column_stack([crack, np.array(mids), twin[np.array(mids)], a])
-    leader = np.concatenate([solid.leader, on])
+    representative = np.concatenate([solid.representative, on])
     kind = {"hexahedron": "hexahedron", "tetra": "wedge", "tetra10": "wedge15"}[solid.kind]
-    return Patch(np.concatenate([points, points[on]]), solid.kind, cells, leader, kind, crack)
+    return Patch(np.concatenate([points, points[on]]), solid.kind, cells, representative, kind, crack)
 
 
 def rotation(seed: int, d: int = 3) -> Array:

@@ -83,8 +83,8 @@ def test_width_matters(tmp_path: Path) -> None:
     assert rows[0].added > 2.0 and rows[-1].added < 0.03
 
 
-def test_opening_and_closing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(opening_and_closing, "C_ZN", (9.0, 50.0))
+@pytest.mark.long
+def test_opening_and_closing(tmp_path: Path) -> None:
     result = opening_and_closing.main(size=10.0, plot=tmp_path / "cycles.png")
     for model in opening_and_closing.MODELS:
         for c_zn in opening_and_closing.C_ZN:
@@ -164,6 +164,7 @@ def test_eccentric_beam(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "eccentric.png")
 
 
+@pytest.mark.long
 def test_many_paths(tmp_path: Path) -> None:
     """Paths stay in the body, lean towards the load, and end at the upper face."""
     found = many_paths.main(size=4.0, places=(-60.0, -20.0), depths=(16.0, 40.0), plot=tmp_path / "paths.png")
@@ -179,6 +180,7 @@ def test_twenty_paths() -> None:
     assert all(each.path is not None and each.path[-1, 1] == pytest.approx(80.0) for each in many_paths.main())
 
 
+@pytest.mark.long
 def test_found_path(tmp_path: Path) -> None:
     found = found_path.main(size=2.0, plot=tmp_path / "found.png")
     assert found.found < 0.98 * found.straight < 0.98 * found.smeared
@@ -190,6 +192,7 @@ def test_found_path(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "found.png")
 
 
+@pytest.mark.long
 def test_accuracy(tmp_path: Path) -> None:
     as_it_is, *rows = accuracy.main(accuracies=(0.05, 0.01), finest=4.0, plot=tmp_path / "accuracy.png")
     assert as_it_is.error > 0.005  # or there would be nothing to promise
@@ -209,9 +212,9 @@ def test_index_names_every_example_with_its_figure() -> None:
         assert f"figures/{name}.png" in text and is_drawn(FOLDER / "figures" / f"{name}.png")
 
 
-def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.long
+def test_benchmark(capsys: pytest.CaptureFixture[str]) -> None:
     """Its tables, not its times."""
-    monkeypatch.setattr(benchmark, "apart", lambda function, *arguments: function(*arguments))
     small, wide = ((2.5, far, "triangle", 1, "discrete") for far in (12.0, 6.0))
     fine, band = (1.25, 12.0, "triangle", 1, "discrete"), (2.5, 12.0, "triangle", 1, "smeared")
     tables = benchmark.main(sizes={"T3": small, "band": band})
@@ -230,9 +233,9 @@ def test_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
     assert steps == {"T3", "band", "small", "wide", "fine", "CrackPlane"}
 
 
-def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.long
+def test_benchmark_in_3d(capsys: pytest.CaptureFixture[str]) -> None:
     """Its tables, not its times."""
-    monkeypatch.setattr(benchmark_solid, "apart", lambda function, *arguments: function(*arguments))
     tables = benchmark_solid.main(True, {"coarse": (6.0, 25.0, 2), "finer": (4.0, 25.0, 3)})
     assert set(tables) == {"analysis", "growth", "elastic"}
     assert tables["growth"]["finer"]["active, ratio"] > 1.5
@@ -243,6 +246,7 @@ def test_benchmark_in_3d(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     assert capsys.readouterr().out.count("coarse") == 4  # one as soon as it is done
 
 
+@pytest.mark.long
 def test_sheared_then_pulled(tmp_path: Path) -> None:
     out = shear_and_pull.main(size=5.0, plot=tmp_path / "panel.png")
     assert all(p.balance < 1e-3 for p in out.values())
@@ -253,6 +257,7 @@ def test_sheared_then_pulled(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "panel.png")
 
 
+@pytest.mark.long
 def test_specimens_of_laboratories(tmp_path: Path) -> None:
     """On the supports that the measured slope asks for; the work within 1 %, the panel's peak and work within 3 % of those
     measured, with parameters that are fitted to them."""
@@ -263,6 +268,7 @@ def test_specimens_of_laboratories(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "laboratory.png")
 
 
+@pytest.mark.long
 def test_measured_deflection(tmp_path: Path) -> None:
     found = measured_deflection.main(size=6.0, plot=tmp_path / "olsen.png")
     load_point, yoke = found["driven"], found["deflection"]

@@ -22,6 +22,7 @@ from examples import (
 from examples.walraven import walraven
 
 
+@pytest.mark.long
 def test_reinhardt_reverses_at_the_lower_stress_and_meets_the_envelope(tmp_path: Path) -> None:
     numbers = reinhardt.main(size=5.0, turns=(0.03,), plot=tmp_path / "a.png")
     for model in ("discrete", "smeared"):
@@ -49,6 +50,7 @@ def test_reinhardt_reverses_at_the_lower_stress_and_meets_the_envelope(tmp_path:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_jacobsen_follows_the_law_on_its_own_path(tmp_path: Path) -> None:
     numbers = jacobsen.main(size=4.0, openings=(0.015, 0.04), plot=tmp_path / "a.png")
     for un0, peak in ((0.015, 1.34), (0.04, 0.49)):
@@ -66,6 +68,7 @@ def test_jacobsen_follows_the_law_on_its_own_path(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_push_off_restraint_gives_stress_below_the_fit(tmp_path: Path) -> None:
     numbers = push_off.main(size=30.0, restraints=(0.5e5, 2e5), steps=20, plot=tmp_path / "a.png")
     soft, stiff = (
@@ -86,6 +89,7 @@ def test_push_off_restraint_gives_stress_below_the_fit(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_push_off_in_3d_is_that_in_2d(tmp_path: Path) -> None:
     numbers = push_off_3d.main(size=40.0, steps=10, increments=10, plot=tmp_path / "a.png")
     assert numbers["discrete, plane: apart"] < 1e-3  # what Poisson's ratio does through the thickness: 1e-4
@@ -104,6 +108,7 @@ def test_push_off_in_3d_is_that_in_2d(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_closure_overshoot_is_the_papers_and_the_line_search_prevents_it(tmp_path: Path) -> None:
     numbers = closure_overshoot.main(plot=tmp_path / "a.png")
     # the three numbers of section 2
@@ -124,6 +129,7 @@ def test_closure_overshoot_is_the_papers_and_the_line_search_prevents_it(tmp_pat
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_contact_smoothing_does_not_change_the_iterations(tmp_path: Path) -> None:
     numbers = contact_smoothing.main(size=30.0, steps=(20,), plot=tmp_path / "a.png")
     # a softer closure meets the faces earlier
@@ -153,6 +159,7 @@ def test_readings_of_the_print_at_a_point(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_readings_of_the_print_in_a_specimen() -> None:
     numbers = as_printed.main(size=8.0, models=(("discrete", "w = h"),), readings=("defaults", "c_lm = 7"))
     peak = {reading: numbers[f"Example 3, discrete, w = h, {reading}: shear"] for reading in ("defaults", "c_lm = 7")}
@@ -163,6 +170,7 @@ def test_readings_of_the_print_in_a_specimen() -> None:
         assert numbers[f"{name}: least"] == pytest.approx(reinhardt.LOWER, rel=2e-3)  # where it turns
 
 
+@pytest.mark.long
 def test_a_run_that_stops_is_a_finding(capsys: pytest.CaptureFixture[str]) -> None:
     """Pulled by a load beyond the strength, 9 kN on the ligament: what came before is kept and the reason printed."""
     scene = Scene.load("jacobsen-mixed-mode").with_(**{"mesh.crack_size": 8.0, "output.frames": 0})
@@ -182,6 +190,7 @@ def test_a_reading_in_millimetres_is_a_length() -> None:
     assert law.contact_reach(np.zeros(1))[0] == pytest.approx(3 * 0.018, rel=1e-5)
 
 
+@pytest.mark.long
 def test_a_penny_grows_round_and_below_the_stress_of_a_brittle_body(tmp_path: Path) -> None:
     numbers = growing_front.main(
         size=180.0, steps=20, energies=(0.105, 0.15), beam_size=5.0, layers=4, plot=tmp_path / "a.png"

@@ -147,25 +147,26 @@ class _Reused:
 
 @dataclass(frozen=True)
 class _Bordered(ABC):
-    """A stiffness whose last factorization serves as a preconditioner for as long as that is cheaper than another one.
+    """A stiffness, `factor` times a matrix, whose last factorization serves as a preconditioner for as long as that is
+    cheaper than another one.
 
     From one iteration to the next the tangent changes at the points where damage grows or faces meet. GMRES takes about as
     many iterations as there are such points.
     """
 
     matrix: Any
+    factor: float = field(default=1.0, kw_only=True)
     _reused: _Reused = field(default_factory=_Reused, compare=False, kw_only=True)
 
     def apply(self, v: Array) -> Array:
-        return np.asarray(self.matrix @ v)
+        return np.asarray(self.factor * (self.matrix @ v))
 
     @cached_property
     def scale(self) -> float:
-        return float(abs(self.matrix).sum(axis=1).max())
+        return self.factor * float(abs(self.matrix).sum(axis=1).max())
 
     def scaled(self, factor: float) -> Stiffness:
-        matrix = self.matrix if factor == 1.0 else factor * self.matrix
-        return replace(self, matrix=matrix, _reused=_Reused())
+        return replace(self, factor=factor * self.factor, _reused=_Reused())
 
     def drop_factorization(self) -> None:
         self._reused.solve = None
@@ -208,7 +209,7 @@ class _Bordered(ABC):
 
     @cached_property
     def _stiffest(self) -> float:
-        return float(abs(self.matrix.diagonal()).max())
+        return self.factor * float(abs(self.matrix.diagonal()).max())
 
     @abstractmethod
     def _factor(self, border: _Weighed) -> Solve:
@@ -286,7 +287,7 @@ class DenseStiffness(_Bordered):
         if self._worth() < FEWEST:
             return super().apply(v)
         by_columns = self.matrix if self.matrix.flags.f_contiguous else self.matrix.T
-        return np.asarray(blas.dsymv(1.0, by_columns, v, lower=1))  # which reads half of the matrix
+        return np.asarray(blas.dsymv(self.factor, by_columns, v, lower=1))  # which reads half of the matrix
 
     def _factor(self, border: _Weighed) -> Solve:
         A = self._system(border, np.float64)
@@ -315,7 +316,7 @@ class DenseStiffness(_Bordered):
         """The bordered matrix, by columns."""
         m, n, crack, free = len(self.matrix), len(border.load), border.crack, border.free
         A: NDArray[Any] = np.empty((m + 1, m + 1), precision, order="F")
-        A[:m, :m] = self.matrix
+        np.multiply(self.matrix, self.factor, out=A[:m, :m], casting="same_kind")
         np.add.at(A, crack[:2], crack[2])
         if free is not None:
             inner = free.T @ (free.T @ A[:m, :m].T).T
@@ -344,7 +345,7 @@ class SparseStiffness(_Bordered):
         return self.worth
 
     def _factor(self, border: _Weighed) -> Solve:
-        A, load, row, free = self.matrix + border.tangent, border.load, border.row, border.free
+        A, load, row, free = self.factor * self.matrix + border.tangent, border.load, border.row, border.free
         order = self.order[: len(load)]
         if free is not None:  # the free motions are numbered alike, but for the drives
             A = free.T @ A @ free

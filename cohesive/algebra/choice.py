@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from .condensation import Condensed, EliminationTree
 from .dissection import incidence, nested_dissection
 from .unknowns import Unknowns
 
-#: an operation of a sparse factorization takes the time of so many dense ones
+#: time of an operation of a sparse factorization over that of a dense one
 SPARSE_IS_SLOWER = 10.0
 
 #: bytes of a number in a matrix, and of one in a sparse factor with its row
@@ -42,7 +42,7 @@ class Bulk:
     ----------
     points : (m, d) array, of the nodes, mm
     elastic, cracking : the elastic elements, and those that may crack
-    leader : (m,) array, one of the copies of each split node
+    representative : (m,) array, one of the copies of each split node
     unknowns : Unknowns
     operator : (c p, n) matrix, the deformations of the cracks from the unknowns
     active : indices of the unknowns that cracks, drives and measures see
@@ -53,7 +53,7 @@ class Bulk:
     points: Array
     elastic: Sequence[ElasticBlock]
     cracking: Sequence[ElasticBlock]
-    leader: Index
+    representative: Index
     unknowns: Unknowns
     operator: sp.csr_array
     active: Index
@@ -94,9 +94,9 @@ class Recovery:
     condensed: Condensed | None = None
 
     def __call__(self, v: Array) -> Array:
-        """(m, d) displacements, mm."""
-        every = v if self.condensed is None else self.condensed.recover(v)
-        return np.asarray(self.transform @ every).reshape(self.shape)
+        """Displacements (m, d) from unknowns (n,), or (k, m, d) from those of several states, (k, n), mm."""
+        every = v.T if self.condensed is None else self.condensed.recover(v.T)
+        return np.asarray((self.transform @ every).T.reshape(*v.shape[:-1], *self.shape))
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,6 @@ class Condensation:
     recover: Callable[[Array], Array]
     why: str
 
-    def scaled(self, factor: float) -> Condensation:
-        """That of a body so many times stiffer, with dead loads so many times larger; nothing factored is shared."""
-        return replace(self, stiffness=self.stiffness.scaled(factor))
 
 
 def condense(bulk: Bulk, wanted: str) -> Condensation:
@@ -188,7 +185,7 @@ class Part:
     @classmethod
     def from_bulk(cls, bulk: Bulk) -> Part:
         d, m = bulk.points.shape[1], len(bulk.points)
-        faces = np.flatnonzero(np.isin(bulk.leader, bulk.leader[bulk.leader != np.arange(m)]))
+        faces = np.flatnonzero(np.isin(bulk.representative, bulk.representative[bulk.representative != np.arange(m)]))
         last = np.unique(np.concatenate([faces, *(block.cells.ravel() for block in bulk.cracking)]))
         transform, node, basis = bulk.unknowns.with_faces(faces, d)
         group, beside = (each[node] for each in nested_dissection(bulk.points, [block.cells for block in bulk.elastic], last))
@@ -247,7 +244,7 @@ class Whole:
     @classmethod
     def from_bulk(cls, bulk: Bulk) -> Whole:
         m = len(bulk.points)
-        cells = [bulk.leader[block.cells] for block in (*bulk.elastic, *bulk.cracking)]
+        cells = [bulk.representative[block.cells] for block in (*bulk.elastic, *bulk.cracking)]
         group, beside = nested_dissection(bulk.points, cells, np.zeros(0, dtype=np.int64))
         order, start = _grouped(group, beside)
         nodes_of = incidence(cells, m)

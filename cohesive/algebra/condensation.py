@@ -22,7 +22,7 @@ BLOCK = 64
 #: frontal matrices with fewer numbers are assembled as one
 SMALL = 40_000
 
-#: numbers of a rectangle that are added as fast by slices as one by one, in chunks of so many that they stay in the cache
+#: numbers of a rectangle that are added as fast by slices as one by one, in chunks that stay in the cache
 LONG, CHUNK = 2_500, 16_384
 
 NOT_HELD = "the body is not held: its stiffness is singular. Expected supports against every motion"
@@ -115,9 +115,13 @@ class _Eliminated:
         return cls(pivots, below), rest
 
     def solve(self, later: Array) -> Array:
-        """The eliminated unknowns from the later ones, if no force acts on them."""
-        forces = -(later @ self.below)
-        return np.asarray(blas.dtrsv(self.pivots, forces, lower=1, trans=1)) if len(forces) else forces
+        """The eliminated unknowns from the later ones, (n,) or (n, k), if no force acts on them."""
+        forces = -(later.T @ self.below)
+        if not forces.size:
+            return forces.T
+        if forces.ndim == 1:
+            return np.asarray(blas.dtrsv(self.pivots, forces, lower=1, trans=1))
+        return np.asarray(blas.dtrsm(1.0, self.pivots, forces.T, lower=1, trans_a=1, overwrite_b=1))
 
 
 @dataclass(frozen=True)
@@ -163,11 +167,11 @@ class Condensed:
         return cls(_symmetric(stiffness), tree, eliminated, last, basis, passive, active)
 
     def recover(self, v: Array) -> Array:
-        """All N unknowns in the order of elimination from the active ones (n,), if no force acts on the others."""
-        others = np.empty(self._basis.shape[1])
+        """All N unknowns in the order of elimination from the active ones, (n,) or (n, k), if no force acts on the others."""
+        others = np.empty((self._basis.shape[1], *v.shape[1:]))
         others[self._active], others[self._passive] = v, self._last.solve(v)
         start = self._tree.start
-        result = np.append(np.empty(start[-1]), self._basis @ others)
+        result = np.concatenate([np.empty((start[-1], *v.shape[1:])), self._basis @ others])
         for g in range(len(self._eliminated) - 1, -1, -1):
             result[start[g] : start[g + 1]] = self._eliminated[g].solve(result[self._tree.borders[g]])
         return result

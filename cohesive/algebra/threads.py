@@ -61,7 +61,7 @@ def begin_with_one() -> None:
 
 @contextmanager
 def threads_for(rows: int) -> Iterator[None]:
-    """BLAS within this context, with as many threads as are worth it for a matrix of so many rows.
+    """BLAS within this context, with as many threads as a matrix of this number of rows is worth.
 
     Raises
     ------

@@ -66,7 +66,7 @@ class Unknowns:
     @classmethod
     def from_constraints(
         cls,
-        leader: Index,
+        representative: Index,
         supports: Sequence[Constraint],
         drives: Sequence[Constraint],
         mirror: Constraint | None = None,
@@ -76,7 +76,7 @@ class Unknowns:
 
         Parameters
         ----------
-        leader : (m,) array, for the copies of a node on the crack path the one of them that names the group, for
+        representative : (m,) array, for the copies of a node on the crack path the one of them that names the group, for
             every other node itself.
         supports, drives : lists of constraints; each drive is a motion of its own. At a node their directions are equal,
             opposite or at right angles.
@@ -89,31 +89,31 @@ class Unknowns:
         ValueError
             If constraints contradict each other at a node, or a constraint has no nodes.
         """
-        axes = _Axes.free(len(leader), len((*supports, *drives)[0].direction))
+        axes = _Axes.free(len(representative), len((*supports, *drives)[0].direction))
         if mirror is not None:
-            axes.reflect(np.unique(leader[mirror.nodes]), mirror)
+            axes.reflect(np.unique(representative[mirror.nodes]), mirror)
         for support in supports:
-            axes.constrain(np.unique(leader[support.nodes]), support, _FIXED)
+            axes.constrain(np.unique(representative[support.nodes]), support, _FIXED)
         for i, drive in enumerate(drives):
-            axes.constrain(np.unique(leader[drive.nodes]), drive, _DRIVEN + i)
-        extra = np.flatnonzero(leader != np.arange(len(leader)))
-        axes.mean[extra] = _FIXED  # their mean is their leader's
+            axes.constrain(np.unique(representative[drive.nodes]), drive, _DRIVEN + i)
+        extra = np.flatnonzero(representative != np.arange(len(representative)))
+        axes.mean[extra] = _FIXED  # their mean is their representative's
 
         hinged = [constraint for constraint in (*supports, *drives) if constraint.lever is not None]
-        mean_free, jump_free = axes.mean == _FREE, ~axes.held[leader[extra]]
+        mean_free, jump_free = axes.mean == _FREE, ~axes.held[representative[extra]]
         n_mean, n_jump = int(mean_free.sum()), int(jump_free.sum())
         n_free = n_mean + n_jump
         mean = _numbered(mean_free, 0)
         is_driven = axes.mean >= _DRIVEN
         mean[is_driven] = n_free + len(hinged) + axes.mean[is_driven] - _DRIVEN
-        entries = [*_motions(leader, extra, axes, mean, _numbered(jump_free, n_mean)), *_hinges(hinged, n_free)]
+        entries = [*_motions(representative, extra, axes, mean, _numbered(jump_free, n_mean)), *_hinges(hinged, n_free)]
         rows, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
         first_drive = n_free + len(hinged)
         driven = first_drive + np.arange(len(drives) + factors)
         transform = sp.csr_array((values, (rows, columns)), shape=(axes.mean.size, first_drive + len(driven)))
         transform.eliminate_zeros()
-        jumping = leader[extra[np.nonzero(jump_free)[0]]]
-        first_nodes = [leader[constraint.nodes[:1]] for constraint in (*hinged, *drives)]
+        jumping = representative[extra[np.nonzero(jump_free)[0]]]
+        first_nodes = [representative[constraint.nodes[:1]] for constraint in (*hinged, *drives)]
         any_node = np.zeros(factors, dtype=np.int64)
         node = np.concatenate([np.nonzero(mean_free)[0], jumping, *first_nodes, any_node])
         return cls(transform, n_free + np.arange(len(hinged)), driven, node)
@@ -215,35 +215,35 @@ def _numbered(is_free: Mask, first: int) -> Index:
     return number
 
 
-def _motions(leader: Index, extra: Index, axes: _Axes, mean: Index, jump: Index) -> list[_Part]:
+def _motions(representative: Index, extra: Index, axes: _Axes, mean: Index, jump: Index) -> list[_Part]:
     """Entries by which means and jumps move the nodes.
 
     Parameters
     ----------
-    extra : (e,) array, the copies that are no leaders
+    extra : (e,) array, the copies that are no representatives
     mean : (m, d) array, index of the unknown that moves the mean along each axis; -1: none
     jump : (e, d) array, likewise for the jumps
     """
     m, d = mean.shape
-    share = _shares(leader, extra)
+    share = _shares(representative, extra)
     parts = []
     for axis in range(d):
         for nodes, index, weight in (
-            (np.arange(m), mean[leader, axis], axes.sign[leader, axis]),
+            (np.arange(m), mean[representative, axis], axes.sign[representative, axis]),
             (share.row, jump[share.col, axis], share.data),
         ):
             use = index >= 0
             for i in range(d):
-                values = weight[use] * axes.rotation[leader[nodes[use]], axis, i]
+                values = weight[use] * axes.rotation[representative[nodes[use]], axis, i]
                 parts.append((d * nodes[use] + i, index[use], values))
     return parts
 
 
-def _shares(leader: Index, extra: Index) -> sp.coo_array:
-    """(m, e) matrix of the jumps: u_i = mean + jump_i - (sum of the jumps) / copies, where the leader has no jump."""
-    m = len(leader)
-    belongs = sp.csr_array((np.ones(m), (np.arange(m), leader)), shape=(m, m))
-    copies = np.bincount(leader, minlength=m)
+def _shares(representative: Index, extra: Index) -> sp.coo_array:
+    """(m, e) matrix of the jumps: u_i = mean + jump_i - (sum of the jumps) / copies, where the representative has no jump."""
+    m = len(representative)
+    belongs = sp.csr_array((np.ones(m), (np.arange(m), representative)), shape=(m, m))
+    copies = np.bincount(representative, minlength=m)
     share = belongs @ sp.diags_array(-1.0 / np.maximum(copies, 1)) @ belongs[extra].T
     return (share + sp.csr_array((np.ones(len(extra)), (extra, np.arange(len(extra)))), shape=share.shape)).tocoo()
 

@@ -6,8 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..results.locking import held
-from ..results.result import Result
+from ..outcome.result import Result
+from ..results.locking import lock_folder
 from ..solver.stages import expected_steps
 from .common import ENDS, STOPPED, Commands, add_scene, add_verbose, load_scene, progress, reporter, status_of
 
@@ -29,7 +29,7 @@ def _execute(options: argparse.Namespace) -> int:
 
     scene = load_scene(options)
     folder = Path(options.output or f"{Path(options.scene).stem}-compare")
-    with held(folder), progress(2 * expected_steps(scene.stages)) as bar:
+    with lock_folder(folder), progress(2 * expected_steps(scene.stages)) as bar:
         try:
             comparison = compare(scene, output=folder, on_step=reporter(bar, options.verbose))
         except ENDS as error:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from ..errors import SceneError
-from ..scenes.reference import load_reference
+from ..measured.columns import MOTIONS
+from ..measured.curve import Measured
+from ..scenes.checks import build_table
+from ..scenes.reference import load_reference, read_with
 from ..scenes.scene import Scene
+from ..scenes.tables import ReferenceOptions
 from .common import Commands, assignments
-
-#: a scene whose reference is replaced, to read a file by itself
-_READER = "notched-beam"
 
 #: what --set may give besides keys of the specimen and of the reference
 _OWN = ("mass", "mass_loading", "gauge_holder")
@@ -40,32 +42,32 @@ def add_parser(commands: Commands) -> None:
 
 
 def _execute(options: argparse.Namespace) -> int:
-    from ..studies.evaluation import evaluate
+    from ..measured.evaluation import evaluate
 
-    given = assignments(options.set)
-    scene, values = _scene(options.source, given)
-    reference = load_reference(scene)
-    if reference is None:
-        raise SceneError(f"reference is missing in {options.source}: expected a measured curve", "reference")
-    for curve in reference.curves:
-        print(evaluate(curve, reference.against, options.standard, values).summary())
+    curves, values = _curves(options.source, assignments(options.set))
+    for curve in curves:
+        print(evaluate(curve, options.standard, values).summary())
     return 0
 
 
-def _scene(source: str, given: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
-    """A scene with the measured curve, and what is known of the beam."""
+def _curves(source: str, given: dict[str, Any]) -> tuple[Sequence[Measured], dict[str, Any]]:
+    """The measured curves, and what is known of the beam."""
+    from ..measured.evaluation import beam_of
+
     own = {key: value for key, value in given.items() if key in _OWN}
     others = {key: value for key, value in given.items() if key not in _OWN}
     path = Path(source)
-    is_scene = path.suffix == ".toml" or not path.is_file()
-    if is_scene:
+    if path.suffix == ".toml" or not path.is_file():
         scene = Scene.load(source).with_(**others)
-        known = {f"specimen.{key}": value for key, value in scene.data["specimen"].items()}
-        return scene, known | own
+        reference = load_reference(scene)
+        if reference is None:
+            raise SceneError(f"reference is missing in {source}: expected a measured curve", "reference")
+        return reference.curves, {f"specimen.{key}": value for key, value in scene.given("specimen").items()} | own
     known = {key: value for key, value in others.items() if key.startswith("specimen.")}
-    reference = {key: value for key, value in others.items() if key.startswith("reference.")}
-    if unknown := sorted(set(others) - set(known) - set(reference)):
+    keys = {key: value for key, value in others.items() if key.startswith("reference.")}
+    if unknown := sorted(set(others) - set(known) - set(keys)):
         raise SceneError(f"--set {unknown[0]}: a curve has no such key; expected {', '.join(_OWN)}, specimen.* or reference.*")
-    reader = Scene.load(_READER)
-    data = {**reader.data, "reference": {"file": str(path.resolve())}}
-    return Scene(data, reader.folder).with_(**reference), known | own
+    table = {"file": str(path)} | {key.removeprefix("reference."): value for key, value in keys.items()}
+    area = beam_of(known).ligament
+    reader = build_table(ReferenceOptions, table, "reference")
+    return [read_with(reader, path, reader.against, MOTIONS, area)], known | own

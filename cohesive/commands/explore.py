@@ -28,9 +28,9 @@ def _execute(options: argparse.Namespace) -> int:
     import webbrowser
 
     from ..errors import SceneError
+    from ..explore.explorer import Explorer
+    from ..explore.server import ExploreServer
     from ..scenes.scene import Scene
-    from ..studies.explore_server import ExploreServer
-    from ..studies.explorer import Explorer
 
     explorer = Explorer(Scene.load(options.scene).with_(**assignments(options.set)))
     if error := explorer.answer({}).get("error"):

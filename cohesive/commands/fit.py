@@ -30,7 +30,7 @@ def add_parser(commands: Commands) -> None:
     p.add_argument("--softening", metavar="CURVES", help="compare curves, as in exponential,hordijk,kink,points:4")
     p.add_argument("--loss", choices=("linear", "soft_l1", "band"), help="default: band for a measured band, else linear")
     p.add_argument("--weights", choices=("arc", "rows"), default="arc", help="what counts alike: length of curve, or rows")
-    p.add_argument("--starts", type=int, default=1, metavar="N", help="so many starts, all distinct minima (default: 1)")
+    p.add_argument("--starts", type=int, default=1, metavar="N", help="number of starts, all distinct minima (default: 1)")
     p.add_argument("--profile", action="store_true", help="intervals by profile likelihood")
     p.add_argument(
         "--scatter", action="append", default=[], metavar="KEY=DEVIATION", help="known scatter, as specimen.notch=0.5"
@@ -40,9 +40,9 @@ def add_parser(commands: Commands) -> None:
 
 
 def _execute(options: argparse.Namespace) -> int:
-    from ..studies.curve_choice import fit_curves
-    from ..studies.export import exported
-    from ..studies.fit import fit
+    from ..fitting.curve_choice import fit_curves
+    from ..fitting.export import exported
+    from ..fitting.fit import fit
 
     scenes = [Scene.load(source).with_(**assignments(options.set)) for source in options.scenes]
     folder = Path(options.output or f"{Path(options.scenes[0]).stem}-fit")
@@ -82,9 +82,9 @@ def _bounds(text: str) -> tuple[str, tuple[float, float]]:
 
 
 def _numbers(pairs: Sequence[str]) -> dict[str, float]:
-    found = {}
+    numbers = {}
     for key, value in assignments(pairs).items():
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
             raise SceneError(f"--scatter {key}={value}: expected a standard deviation above 0", key)
-        found[key] = float(value)
-    return found
+        numbers[key] = float(value)
+    return numbers

@@ -15,7 +15,7 @@ from ..law.crack_plane import CrackPlane
 from ..law.softening import SOFTENING
 from ..law.softening_choice import softening_name
 from ..model.interface import default_width
-from ..results.files import make_folder, write_file
+from ..results.files import make_folder, write_file, write_table
 from .common import Commands, assignments
 
 
@@ -47,7 +47,7 @@ def _execute(options: argparse.Namespace) -> int:
     )
     tables = responses.tables(law)
     for name, (header, table) in tables.items():
-        write_file(folder / f"{name}.csv", partial(np.savetxt, X=table, fmt="%.9g", delimiter=",", header=header, comments=""))
+        write_table(folder / f"{name}.csv", header.split(","), ([f"{value:.9g}" for value in row] for row in table))
     write_file(folder / "law.png", partial(responses.save_figure, law))
     curves = [name.strip() for name in options.curves.split(",")] if options.curves else list(SOFTENING)
     if m.softening not in curves:
@@ -56,7 +56,7 @@ def _execute(options: argparse.Namespace) -> int:
         write_file(folder / "softening.png", lambda path: responses.save_softening_figure(m, path, curves))
     except ParameterError as error:
         raise SceneError(f"--curves {options.curves}: {error}", "curves") from None
-    print(f"softening: {softening_name(m.softening)}; no traction from {m.spent:.4g} mm on")
+    print(f"softening: {softening_name(m.softening)}; no traction from {m.fully_softened:.4g} mm on")
     for name, (header, table) in tables.items():
         print(f"\n{name}\n  " + "  ".join(f"{column:>15}" for column in header.split(",")))
         for row in table[np.linspace(0, len(table) - 1, 9).round().astype(int)]:

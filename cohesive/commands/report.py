@@ -24,8 +24,9 @@ def add_parser(commands: Commands) -> None:
 
 def _execute(options: argparse.Namespace) -> int:
     from ..errors import SceneError
-    from ..results.page import write_page
-    from ..results.views import Views
+    from ..outcome.page import write_page
+    from ..outcome.result import Result
+    from ..outcome.views import Views
 
     folders = [Path(folder) for folder in options.folders]
     path = Path(options.output) if options.output else folders[0] / "report.html"
@@ -33,6 +34,6 @@ def _execute(options: argparse.Namespace) -> int:
         folders = [folders[0] / "discrete", folders[0] / "smeared"]
     if len(folders) > 2:
         raise SceneError(f"report: {len(folders)} folders; expected one or two")
-    write_page([Views.from_folder(folder) for folder in folders], path)
+    write_page([Views.from_result(Result.load(folder)) for folder in folders], path)
     print(f"{path}  ({path.stat().st_size / 1e6:.2g} MB)")
     return 0

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from ..errors import SceneError
 from ..model.estimate import Estimate, estimate
+from ..outcome.result import Result
 from ..results.checkpoints import NAME as CHECKPOINT
 from ..results.files import FILES
-from ..results.locking import held
-from ..results.result import Result
+from ..results.locking import lock_folder
 from ..scenes.scene import Scene
 from ..simulation import resume, run
 from ..solver.stages import expected_steps
@@ -55,7 +55,7 @@ def add_parser(commands: Commands) -> None:
 def _execute(options: argparse.Namespace) -> int:
     if options.resume is not None:
         resumed = _resumed(options)
-        with held(options.resume):
+        with lock_folder(options.resume):
             return _finished(options, Path(options.resume), resumed)
     scene = load_scene(options)
     if options.model:
@@ -63,7 +63,7 @@ def _execute(options: argparse.Namespace) -> int:
     if options.movie:
         scene = scene.with_(**{"output.frames": max(scene.output.frames, MOVIE_FRAMES)})
     folder = Path(options.output or Path(options.scene).stem)
-    with held(folder):  # refused now, not after an hour
+    with lock_folder(folder):  # refused now, not after an hour
         notes = []
         if options.accuracy is not None:
             scene, chosen = _accurate(scene, options)
@@ -110,7 +110,7 @@ def _finished(
     finally:  # the numbers are there, whatever became of the files
         print(result.summary())
     if options.movie and result.steps:
-        _save_movie(folder, folder / options.movie)
+        _save_movie(result, folder / options.movie)
     print(f"files: {folder}/  ({', '.join(name for name in FILES if (folder / name).exists())})")
     if status:
         print(f"cohesive: {result.notes[-1]}; everything up to there is in {folder}/", file=sys.stderr)
@@ -119,12 +119,12 @@ def _finished(
     return status
 
 
-def _save_movie(folder: Path, path: Path) -> None:
-    """The movie of a run that was saved."""
-    from ..results.movie import write_movie  # with matplotlib
-    from ..results.views import Views
+def _save_movie(result: Result, path: Path) -> None:
+    """The movie of a run."""
+    from ..outcome.movie import write_movie  # with matplotlib
+    from ..outcome.views import Views
 
-    views = Views.from_folder(folder)
+    views = Views.from_result(result)
     with progress(len(views.rows), "frame") as bar:
         write_movie(views, path, bar.update)
     print(f"movie: {path}  ({path.stat().st_size / 1e6:.2g} MB)")

@@ -37,7 +37,7 @@ def add_parser(commands: Commands) -> None:
 
 
 def _execute(options: argparse.Namespace) -> int:
-    from ..results.mesh_figure import save_mesh  # with matplotlib, which is slow to import
+    from ..figures.mesh import save_mesh  # with matplotlib, which is slow to import
 
     scene = load_scene(options)
     if options.model:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..results.files import make_folder
-from ..results.locking import held
+from ..results.locking import lock_folder
 from .common import INTERRUPTED, STOPPED, Commands, add_scene, load_scene, progress
 
 
@@ -47,7 +47,7 @@ def _execute(options: argparse.Namespace) -> int:
     folder = Path(options.output or f"{Path(options.scene).stem}-sweep")
     status, total = 0, int(np.prod([len(each) for each in vary.values()], dtype=float))
     cluster = dask_executor(options.dask) if options.dask else nullcontext()
-    with held(folder), cluster as executor, progress(total, "run") as bar:
+    with lock_folder(folder), cluster as executor, progress(total, "run") as bar:
 
         def on_run(run: SweptRun) -> None:
             bar.update()

@@ -17,10 +17,11 @@ def add_parser(commands: Commands) -> None:
     p = commands.add_parser(
         "trade",
         help="measure accuracy against cost",
-        description="Turn the knobs of a scene one at a time, then those that pay together: error against CPU time.",
+        description="Change the settings of a scene one at a time, then those that pay together: error against CPU time.",
     )
     add_scene(p, "the scene's name and -trade", "model.kind=smeared")
-    p.add_argument("--knobs", metavar="LIST", help="turn these only, as in 'crack size, steps' (default: all that it has)")
+    p.add_argument("--settings", metavar="LIST", help="change these only, as in 'crack size, steps' (default: all)")
+    p.add_argument("--knobs", help=argparse.SUPPRESS)  # its old name, for one release
     p.add_argument("--dask", metavar="ADDRESS", help="run the trials on a Dask cluster: its scheduler's address, or local")
     p.set_defaults(execute=_execute)
 
@@ -28,20 +29,23 @@ def add_parser(commands: Commands) -> None:
 def _execute(options: argparse.Namespace) -> int:
     from ..studies.pool import dask_executor
     from ..studies.trade import trade
-    from ..studies.trials import Trial
+    from ..studies.trials import SweepSetting
 
     scene = load_scene(options)
-    knobs = [knob.strip() for knob in options.knobs.split(",")] if options.knobs else None
+    if options.knobs:
+        print("cohesive: --knobs is now --settings", file=sys.stderr)
+    names = options.settings or options.knobs
+    settings = [name.strip() for name in names.split(",")] if names else None
     folder = Path(options.output) if options.output else trade_folder(options.scene)
     make_folder(folder)
     with dask_executor(options.dask) if options.dask else nullcontext() as executor, progress(unit="run") as bar:
 
-        def on_trial(trial: Trial) -> None:
+        def on_trial(trial: SweepSetting) -> None:
             bar.update()
             bar.set_postfix_str(trial.label)
 
         try:
-            found = trade(scene, executor, on_trial, knobs)
+            found = trade(scene, executor, on_trial, settings)
         except NotConverged as error:
             print(f"cohesive: the reference did not converge: {error}", file=sys.stderr)
             return STOPPED

@@ -124,8 +124,8 @@ class CrackBand:
                     int(local.points[failed[0]]),
                 )
             points, planes = local.points, local.planes
-            stress[points], tangent[points], *found = local.respond(frozen)
-            traction[planes], Z[planes], slope[planes] = (local.on_planes(each) for each in found)
+            stress[points], tangent[points], *rest = local.respond(frozen)
+            traction[planes], Z[planes], slope[planes] = (local.on_planes(each) for each in rest)
             e[planes] = local.on_planes(local.e.reshape(local.shape))
         return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
 
@@ -183,7 +183,7 @@ class CrackBand:
 
     def is_separated(self, state: BandState) -> bool:
         cracks = state.planes
-        spent = self.plane.with_width(cracks.length).is_spent(cracks.Z)
+        spent = self.plane.with_width(cracks.length).is_fully_softened(cracks.Z)
         spent &= abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.concrete.ft
         return len(np.unique(cracks.point[spent])) == len(self.corners)
 

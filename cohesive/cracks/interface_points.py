@@ -1,13 +1,4 @@
-"""Zero-thickness interface elements: jump, rotation to the crack frame, quadrature, and the law at their points.
-
-In the plane a crack cell lists the nodes of its minus side, then of its plus side, as the perimeter of the quadrilateral
-into which it opens: `quad` = [a-, b-, b+, a+], `quad8` = [a-, b-, b+, a+, mid-, b-, mid+, a+]. With the tangent from
-a to b the normal is the tangent turned by +90 degrees; it points from minus to plus.
-
-In space it lists the facet of the minus side, then that of the plus side: `wedge` = [a-, b-, c-, a+, b+, c+],
-`hexahedron` with four corners each, and `wedge15` = [a-, b-, c-, a+, b+, c+, ab-, bc-, ca-, ab+, bc+, ca+, a-, b-, c-].
-The normal is (b - a) x (c - a). On a facet that is curved or warped it is taken at each point.
-"""
+"""The crack-plane law at the points of zero-thickness elements, whose deformation is the jump."""
 
 from __future__ import annotations
 
@@ -70,7 +61,7 @@ class InterfaceLaw:
 
     def is_separated(self, state: InterfaceState) -> bool:
         gone = abs(state.stress).max() < 1e-8 * self.concrete.ft
-        return bool(gone) and bool(self.plane.is_spent(state.Z).all())
+        return bool(gone) and bool(self.plane.is_fully_softened(state.Z).all())
 
     def energies(self, state: InterfaceState) -> tuple[Array, Array]:
         return np.zeros(self.size), self.plane.stored_energy(state.deformation, state.Z)

@@ -42,7 +42,7 @@ class InterfaceVariation:
         return (answer(self.above, self.half) - answer(self.below, -self.half)) / (2.0 * self.half)
 
     @property
-    def onset(self) -> float:
+    def onset_jump(self) -> float:
         """Derivative of Zt = w ft/E, at which damage starts."""
         return float(self.above.plane.Zt - self.below.plane.Zt) / (2.0 * self.half)
 
@@ -75,7 +75,7 @@ class InterfaceSteps:
     touched: Index
 
     @classmethod
-    def between(cls, law: InterfaceLaw, states: Sequence[InterfaceState]) -> InterfaceSteps:
+    def from_states(cls, law: InterfaceLaw, states: Sequence[InterfaceState]) -> InterfaceSteps:
         """The steps from each of n + 1 states to the next."""
         start, now = (_stacked(part) for part in (states[:-1], states[1:]))
         _, tangent = law.update(now.deformation, start)
@@ -104,7 +104,7 @@ class InterfaceSteps:
             touching, touched,
         )  # fmt: skip
 
-    def at_rest(self, variation: InterfaceVariation) -> tuple[Array, Array]:
+    def at_fixed_jumps(self, variation: InterfaceVariation) -> tuple[Array, Array]:
         """Derivatives of the tractions (n p, d) and of the histories (n p,) at constant jumps and kept histories."""
 
         def stress(law: InterfaceLaw, by: float) -> Array:

@@ -1,6 +1,6 @@
 """Elements of the bulk and of a crack band: stiffness, strain, stress, all elements of a block at once.
 
-In the plane T3, T6, Q4, Q8 and the Q6 of a crack band, in space Tet4, Tet10 and Hex8. Stress and strain components come in
+Stress and strain components come in
 the order of `elements.rotations.PAIRS`: [xx, yy, xy] or [xx, yy, zz, xy, yz, zx], strains with engineering shear.
 """
 
@@ -14,38 +14,9 @@ import scipy.sparse as sp
 
 from ..arrays import Array, Index
 from ..errors import ElementError
+from .registry import ELEMENTS, Element
 from .rotations import PAIRS
-from .shapes import (
-    Rule,
-    Shape,
-    gauss_cube,
-    gauss_simplex,
-    linear_cube,
-    linear_simplex,
-    quadratic_along,
-    quadratic_simplex,
-    serendipity,
-)
-
-#: shape functions, quadrature that integrates the stiffness of a straight element exactly, centre
-ELEMENTS: dict[str, tuple[Shape, Rule, Array]] = {
-    "triangle": (linear_simplex, gauss_simplex(1, 2), gauss_simplex(1, 2)[0]),
-    "triangle6": (quadratic_simplex, gauss_simplex(2, 2), gauss_simplex(1, 2)[0]),
-    "quad": (linear_cube, gauss_cube(2, 2), np.zeros((1, 2))),
-    "quad8": (serendipity, gauss_cube(3, 2), np.zeros((1, 2))),
-    "quad6": (quadratic_along, gauss_cube(3, 2), np.zeros((1, 2))),
-    "tetra": (linear_simplex, gauss_simplex(1, 3), gauss_simplex(1, 3)[0]),
-    "tetra10": (quadratic_simplex, gauss_simplex(2, 3), gauss_simplex(1, 3)[0]),
-    "hexahedron": (linear_cube, gauss_cube(2, 3), np.zeros((1, 3))),
-}
-
-#: columns of a cell of a band that are the nodes of its element
-BAND_COLUMNS = {
-    "quad": ("quad", [0, 1, 2, 3]), "quad8": ("quad6", [0, 1, 2, 3, 4, 6]), "hexahedron": ("hexahedron", [*range(8)]),
-}  # fmt: skip
-
-#: corners of an element as a polygon or hexahedron that repeats its last one
-_CORNERS = {"triangle": [0, 1, 2, 2], "quad": [0, 1, 2, 3], "tetra": [0, 1, 2, 2, 3, 3, 3, 3], "hexahedron": [*range(8)]}
+from .shapes import Rule
 
 #: an element counts as flat where its Jacobian is below this part of that of a cube with its longest side
 _FLAT = 1e-12
@@ -84,7 +55,7 @@ class ElasticBlock:
 
     Parameters
     ----------
-    kind : one of `ELEMENTS`, meshio's names and node order; "quad6" is a "quad8" without two mid-sides.
+    kind : one of `ELEMENTS`, in meshio's node order.
     points : (m, d) array, mm, of the whole mesh.
     cells : (n, nodes per element) array; a hexahedron with two pairs of equal nodes is a prism.
     D : (k, k) array, MPa, see `elasticity`; or (n, k, k), one for each element.
@@ -105,12 +76,18 @@ class ElasticBlock:
 
     def __post_init__(self) -> None:
         if self.kind not in ELEMENTS:
-            raise ElementError(f"cells of type {self.kind!r}: expected one of {', '.join(ELEMENTS)}")
+            known = [name for name, element in ELEMENTS.items() if element.cell.dimension in PAIRS]
+            raise ElementError(f"cells of type {self.kind!r}: expected one of {', '.join(known)}")
         d, k = self.dimension, len(PAIRS[self.dimension])
-        if ELEMENTS[self.kind][2].shape[1] != d or self.D.shape not in ((k, k), (len(self.cells), k, k)):
+        if self.element.cell.dimension != d or self.D.shape not in ((k, k), (len(self.cells), k, k)):
             raise ElementError(f"cells of type {self.kind!r}: points have {d} coordinates and D is {self.D.shape}")
         if d == 3 and self.thickness != 1.0:
             raise ElementError(f"cells of type {self.kind!r}, thickness = {self.thickness:g}: expected none in space")
+
+    @property
+    def element(self) -> Element:
+        """What is computed with its cells."""
+        return ELEMENTS[self.kind]
 
     @property
     def dimension(self) -> int:
@@ -121,7 +98,7 @@ class ElasticBlock:
         """Slopes of the shape functions (q, n, nodes, d) and Jacobian determinant (q, n) at local points (q, d) of some
         elements."""
         cells = self.cells[first:end]
-        _, dN = ELEMENTS[self.kind][0](at)
+        _, dN = self.element.shape(at)
         J = np.einsum("qad,nax->qnxd", dN, self.points[cells])
         det, adjugate = _inverse(J)
         flat = det <= _FLAT * np.linalg.norm(J, axis=-2).max(axis=-1) ** self.dimension
@@ -146,7 +123,7 @@ class ElasticBlock:
 
     def stiffness(self) -> Array:
         """Element stiffness matrices, (n, d nodes, d nodes), N/mm."""
-        at, weights = ELEMENTS[self.kind][1]
+        at, weights = self.element.rule
         n = self.dimension * self.cells.shape[1]
         K = np.zeros((len(self.cells), n, n))
         for a in range(0, len(K), _AT_ONCE):
@@ -167,13 +144,13 @@ class ElasticBlock:
     @cached_property
     def _at_centre(self) -> Array:
         """Slopes of the shape functions at the element centres, (n, nodes, d), which the stress of each frame takes."""
-        slopes, _ = self._slopes(ELEMENTS[self.kind][2])
+        slopes, _ = self._slopes(self.element.centre)
         return np.asarray(slopes[0])
 
     def body_force(self, force: Array) -> Array:
         """Nodal forces, (m, d), N, of a force per volume, (n, d), N/mm^3."""
-        at, weights = ELEMENTS[self.kind][1]
-        N, det = ELEMENTS[self.kind][0](at)[0], self._slopes(at)[1]
+        at, weights = self.element.rule
+        N, det = self.element.shape(at)[0], self._slopes(at)[1]
         share = np.einsum("qn,qa->na", self.thickness * weights[:, None] * det, N)
         nodal = np.zeros(self.points.shape)
         np.add.at(nodal, self.cells, share[:, :, None] * force[:, None, :])
@@ -182,7 +159,7 @@ class ElasticBlock:
     def strain_points(self, rule: Rule | None = None) -> tuple[sp.csr_array, Array, Array, Index]:
         """The points of a quadrature rule, by default the element's own: displacements of the mesh nodes to strains,
         a (k p, d m) matrix; volumes (p,), mm^3; positions (p, d), mm; the cell of each point (p,)."""
-        at, weights = rule or ELEMENTS[self.kind][1]
+        at, weights = rule or self.element.rule
         B, det = (value.swapaxes(0, 1) for value in self._gradients(at))  # element by element
         n, q, k, _ = B.shape
         rows = np.arange(k * n * q).reshape(n, q, k, 1)
@@ -191,7 +168,7 @@ class ElasticBlock:
             (B.ravel(), (np.broadcast_to(rows, B.shape).ravel(), np.broadcast_to(columns, B.shape).ravel())),
             shape=(k * n * q, self.points.size),
         )
-        where = np.einsum("qa,nax->nqx", ELEMENTS[self.kind][0](at)[0], self.points[self.cells])
+        where = np.einsum("qa,nax->nqx", self.element.shape(at)[0], self.points[self.cells])
         volumes = (self.thickness * weights * det).ravel()
         return operator, volumes, where.reshape(-1, self.dimension), np.repeat(np.arange(n), q)
 
@@ -202,9 +179,9 @@ class ElasticBlock:
 
     def corners(self) -> Array:
         """Corners of the elements, (n, 4, 2) or (n, 8, 3), mm, as `longest_chord` takes them."""
-        return self.points[self.cells[:, _CORNERS[self.kind.rstrip("0123456789")]]]
+        return self.points[self.cells[:, self.element.cell.as_cube]]
 
     def volumes(self) -> Array:
         """Of each element, (n,), mm^3."""
-        at, weights = ELEMENTS[self.kind][1]
+        at, weights = self.element.rule
         return np.asarray((self.thickness * weights[:, None] * self._slopes(at)[1]).sum(axis=0))

@@ -1,4 +1,4 @@
-"""Crack planes in an element: frames, the transformation of stress to them, and the element's length across them."""
+"""Length of an element across a crack plane, l_ch: its longest chord."""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""elements/interface"""
+"""Zero-thickness interface elements: jump, rotation to the crack frame, quadrature.
+
+In the plane a crack cell lists the nodes of its minus side, then of its plus side, as the perimeter of the quadrilateral
+into which it opens: `quad` = [a-, b-, b+, a+], `quad8` = [a-, b-, b+, a+, mid-, b-, mid+, a+]. With the tangent from
+a to b the normal is the tangent turned by +90 degrees; it points from minus to plus.
+
+In space it lists the facet of the minus side, then that of the plus side: `wedge` = [a-, b-, c-, a+, b+, c+],
+`hexahedron` with four corners each, and `wedge15` = [a-, b-, c-, a+, b+, c+, ab-, bc-, ca-, ab+, bc+, ca+, a-, b-, c-].
+The normal is (b - a) x (c - a). On a facet that is curved or warped it is taken at each point.
+"""
 
 from __future__ import annotations
 
@@ -7,42 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from meshing.cells import CELLS
+
 from ..arrays import Array, Index
+from .registry import facet_of
 from .rotations import rotations
-from .shapes import Rule, Shape, gauss_cube, gauss_simplex, linear_cube, linear_simplex, quadratic_line, quadratic_simplex
-
-#: columns of the minus and plus nodes in the order of the shape functions
-SIDES = {
-    "quad": ((0, 1), (3, 2)),
-    "quad8": ((0, 1, 4), (3, 2, 6)),
-    "wedge": ((0, 1, 2), (3, 4, 5)),
-    "wedge15": ((0, 1, 2, 6, 7, 8), (3, 4, 5, 9, 10, 11)),
-    "hexahedron": ((0, 1, 2, 3), (4, 5, 6, 7)),
-}
-
-_SHAPES: dict[str, Shape] = {
-    "quad": linear_cube, "quad8": quadratic_line,
-    "wedge": linear_simplex, "wedge15": quadratic_simplex, "hexahedron": linear_cube,
-}  # fmt: skip
-
-#: corners, mid-sides and centre. No rule on the node pairs of a quadratic triangle has weight left for the corners: with the
-#: mid-sides alone the corners part freely, which between stiff faces costs 2 % of the stiffness of a notched block. With the
-#: centre besides, the only point that couples pairs, Newton-Cotes has positive weights and degree 3, and the tractions
-#: oscillate by a third of those of the interior rule of degree 4 (`pytest -k stiff_faces`).
-_TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5], [1 / 3, 1 / 3]])
-
-_RULES: dict[tuple[str, str], Rule] = {
-    ("quad", "nodal"): (np.array([[-1.0], [1.0]]), np.array([1.0, 1.0])),
-    ("quad8", "nodal"): (np.array([[-1.0], [1.0], [0.0]]), np.array([1.0, 1.0, 4.0]) / 3.0),
-    ("wedge", "nodal"): (_TRIANGLE[:3], np.full(3, 1 / 6)),
-    ("wedge15", "nodal"): (_TRIANGLE, np.repeat([3.0, 8.0, 27.0], [3, 3, 1]) / 120.0),
-    ("hexahedron", "nodal"): (np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]), np.ones(4)),
-    ("quad", "gauss"): gauss_cube(2, 1),
-    ("quad8", "gauss"): gauss_cube(3, 1),
-    ("wedge", "gauss"): gauss_simplex(2, 2),
-    ("wedge15", "gauss"): gauss_simplex(4, 2),
-    ("hexahedron", "gauss"): gauss_cube(2, 2),
-}
 
 
 @dataclass(frozen=True)
@@ -78,16 +56,19 @@ class Interface:
 
         Parameters
         ----------
-        kind : "quad" | "quad8" in the plane, "wedge" | "wedge15" | "hexahedron" in space
+        kind : type of a crack cell, see `meshing.cells`.
         points : (m, d) array, mm, of the whole mesh.
         cells : (n, nodes per cell) array.
         thickness : mm, of a plane body.
-        quadrature : "nodal" (Newton-Cotes: each node pair on its own, but for the centre of a "wedge15") | "gauss".
+        quadrature : "nodal" (Newton-Cotes: each node pair on its own, but for the centre of a quadratic triangle) | "gauss".
             Between stiff faces Gauss quadrature couples neighbouring pairs and the tractions oscillate.
         """
-        minus, plus = (cells[:, list(side)] for side in SIDES[kind])
-        at, weights = _RULES[kind, quadrature]
-        N, dN = _SHAPES[kind](at)
+        minus, plus = (cells[:, side] for side in CELLS[kind].sides)
+        facet = facet_of(kind)
+        rule = facet.nodal if quadrature == "nodal" else facet.gauss
+        assert rule is not None
+        at, weights = rule
+        N, dN = facet.shape(at)
         n, q, d = len(cells), len(at), points.shape[1]
         normal = _normals(np.einsum("qae,nax->nqex", dN, points[minus]).reshape(n * q, d - 1, d))
         size = np.hypot.reduce(normal, axis=1)

@@ -1,4 +1,4 @@
-"""elements/rotations"""
+"""Frames of crack planes, components of stress and strain, and their transformation to planes."""
 
 from __future__ import annotations
 

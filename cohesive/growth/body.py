@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from meshing.paths import Line, Point
+from meshing.paths import Line, Point, distance_to
 
 from ..arrays import Array
 
@@ -99,14 +98,3 @@ def _way_to(start: Array, heading: Array, line: Array, slack: float) -> float | 
             if t > slack:
                 found.append(t)
     return min(found, default=None)
-
-
-def distance_to(point: Point, lines: Iterable[Line]) -> float:
-    """Distance of a point from the nearest of some polylines, mm; infinite without one."""
-    best = math.inf
-    p = np.asarray(point, dtype=float)
-    for line in lines:
-        for a, b in pairwise(np.asarray(line, dtype=float)):
-            share = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
-            best = min(best, float(np.hypot(*(p - a - share * (b - a)))))
-    return best

@@ -13,11 +13,11 @@ from meshing.paths import Line, Point
 from ..arrays import Array
 from .body import Body
 
-#: a segment is up to so many times longer, so that the last one is no sliver
+#: a segment is longer by at most this factor, so that the last one is no sliver
 _LONGEST = 1.5
 
-#: segments whose mean direction is held
-_HELD = 3
+#: segments whose mean direction is kept
+_KEPT = 3
 
 
 @dataclass(frozen=True)
@@ -29,14 +29,14 @@ class Crack:
     points : from its start to its tip
     headings : direction of the way to each point, radians; the first is that of the notch
     end : what it has met; empty while it grows
-    held_from : number of the point from which on its direction is held; None: nowhere
-    why : it is held
+    fixed_from : number of the point from which on its direction is fixed; None: nowhere
+    why : it is fixed
     """
 
     points: tuple[Point, ...]
     headings: tuple[float, ...]
     end: str = ""
-    held_from: int | None = None
+    fixed_from: int | None = None
     why: str = ""
 
     @property
@@ -59,10 +59,10 @@ class Crack:
             point, end = (float(x), float(y)), ""
         return replace(self, points=(*self.points, point), headings=(*self.headings, heading), end=end)
 
-    def held(self, why: str, segment: float, body: Body, others: Sequence[Line]) -> Crack:
+    def with_fixed_direction(self, why: str, segment: float, body: Body, others: Sequence[Line]) -> Crack:
         """The crack that goes on straight to its end, in the mean direction of its last segments."""
-        crack = replace(self, held_from=len(self.points) - 1, why=why)
-        heading = float(np.mean(self.headings[1:][-_HELD:])) if len(self.points) > 1 else self.heading
+        crack = replace(self, fixed_from=len(self.points) - 1, why=why)
+        heading = float(np.mean(self.headings[1:][-_KEPT:])) if len(self.points) > 1 else self.heading
         while not crack.end:
             crack = crack.grown(heading, segment, body, others)
         return crack

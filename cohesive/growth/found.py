@@ -16,11 +16,11 @@ class Vertex:
     crack : number of the crack, from 1
     x, y : mm
     direction : of the path from here
-    criterion : direction that the criterion tells in the state in which the tip was due here; nan: it was not due
+    criterion : direction that the criterion tells in the state in which the tip was critical here; nan: it was not critical
     principal : direction across the major principal stress ahead, in that state
     at_peak : direction that the stresses ahead tell at the largest load
-    opening, load : in the state in which the tip was due, mm, N
-    held : whether the direction before was held, for the criterion means nothing here
+    opening, load : in the state in which the tip was critical, mm, N
+    fixed_direction : whether the direction before was kept, for the criterion means nothing here
     """
 
     crack: int
@@ -32,7 +32,7 @@ class Vertex:
     at_peak: float
     opening: float
     load: float
-    held: bool
+    fixed_direction: bool
 
 
 #: columns of path.csv

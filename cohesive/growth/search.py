@@ -10,14 +10,14 @@ from itertools import count
 
 import numpy as np
 
-from meshing.paths import Line, Point, as_text
+from meshing.paths import Line, Point, as_text, distance_to
 
 from ..errors import SceneError
 from ..scenes.scene import Scene
-from .body import Body, distance_to
+from .body import Body
 from .crack import Crack, other_lines, trial_lines
 from .found import FoundPath, Vertex
-from .trial import Trial, run_trial
+from .path_trial import PathTrial, run_trial
 
 #: no segment turns by more than this, radians
 LARGEST_TURN = math.radians(75.0)
@@ -45,7 +45,7 @@ def find_path(scene: Scene) -> FoundPath:
     Raises
     ------
     SceneError, MeshError
-        For bad input, or if no tip is ever due.
+        For bad input, or if no tip is ever critical.
     """
     return Search(scene).find()
 
@@ -68,7 +68,7 @@ class Search:
     """
 
     scene: Scene
-    trials: list[Trial] = field(default_factory=list)
+    trials: list[PathTrial] = field(default_factory=list)
     unseen: list[Point] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -109,19 +109,21 @@ class Search:
             if not growing:
                 return cracks
             trial = self._try(trial_lines(cracks, self.body), [(cracks[i].tip, cracks[i].heading) for i in growing], before)
-            if not any(trial.due):
+            if not any(trial.critical):
                 return self._stopped(cracks, growing, trial)
-            for i, probe, due in zip(growing, trial.probes, trial.due, strict=True):
-                if due is None:
+            for i, probe, critical in zip(growing, trial.probes, trial.critical, strict=True):
+                if critical is None:
                     continue
-                before, others = due.control, other_lines(cracks, i)
-                turn, stress = probe.strongest(due.reading, LARGEST_TURN)
-                if probe.is_clear(due.reading, turn, stress):
+                before, others = critical.control, other_lines(cracks, i)
+                turn, stress = probe.strongest(critical.reading, LARGEST_TURN)
+                if probe.is_clear(critical.reading, turn, stress):
                     if self.options.criterion == "symmetry":
                         turn = self._without_sliding(cracks, i, turn, before)
                     cracks[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, others)
                 else:
-                    cracks[i] = cracks[i].held("the stresses ahead favour no direction", self.segment, self.body, others)
+                    cracks[i] = cracks[i].with_fixed_direction(
+                        "the stresses ahead favour no direction", self.segment, self.body, others
+                    )
         raise SceneError(f"grow.segment = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones",
                          "grow.segment")  # fmt: skip
 
@@ -141,26 +143,26 @@ class Search:
         `run_trial`."""
         tried = list(cracks)
         tried[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, other_lines(cracks, i))
-        (due,) = self._try(trial_lines(tried, self.body), [(tried[i].tip, tried[i].heading)], before).due
-        return math.nan if due is None else due.slide
+        (critical,) = self._try(trial_lines(tried, self.body), [(tried[i].tip, tried[i].heading)], before).critical
+        return math.nan if critical is None else critical.slide
 
-    def _stopped(self, cracks: list[Crack], growing: Sequence[int], trial: Trial) -> list[Crack]:
-        """All cracks held on their way, for no tip is due any more."""
+    def _stopped(self, cracks: list[Crack], growing: Sequence[int], trial: PathTrial) -> list[Crack]:
+        """All cracks with fixed directions, for no tip is critical any more."""
         if all(len(crack.points) == 1 for crack in cracks):
             why = trial.ended or "the stress ahead stays below the strength"
             raise SceneError(f"specimen.crack = 'grow': no crack starts before the last stage ends, {why}", "specimen.crack")
         for i in growing:
-            cracks[i] = cracks[i].held("the run ends first", self.segment, self.body, other_lines(cracks, i))
+            cracks[i] = cracks[i].with_fixed_direction("the run ends first", self.segment, self.body, other_lines(cracks, i))
         return cracks
 
     def _try(
         self, lines: list[Line], tips: list[tuple[Point, float]], before: float | None = None, whole: bool = False
-    ) -> Trial:
+    ) -> PathTrial:
         trial = run_trial(self.scene, lines, tips, self.radius, LARGEST_TURN, not whole, before)
         self.trials.append(trial)
         return trial
 
-    def _judge(self, cracks: list[Crack]) -> tuple[list[Crack], Trial, int, float]:
+    def _judge(self, cracks: list[Crack]) -> tuple[list[Crack], PathTrial, int, float]:
         """Passes over the whole path, until one moves it by little: the cracks, the last pass, their number, and by how much
         it would move the path, mm."""
         for number in count(1):
@@ -175,16 +177,16 @@ class Search:
             cracks = judged
         raise AssertionError  # counting does not end
 
-    def _redirected(self, cracks: list[Crack], trial: Trial) -> list[Crack]:
+    def _redirected(self, cracks: list[Crack], trial: PathTrial) -> list[Crack]:
         """The cracks with the directions that a run along the whole of them tells. Those that end at another one come last."""
-        verdicts = iter(zip(trial.probes, trial.due, strict=True))
+        verdicts = iter(zip(trial.probes, trial.critical, strict=True))
         headings: list[list[float | None]] = []
         for crack in cracks:
             headings.append([])
             for _ in crack.points[:-1]:
-                probe, due = next(verdicts)
-                turn, stress = (0.0, 0.0) if due is None else probe.strongest(due.reading, LARGEST_TURN)
-                is_clear = due is not None and probe.is_clear(due.reading, turn, stress)
+                probe, critical = next(verdicts)
+                turn, stress = (0.0, 0.0) if critical is None else probe.strongest(critical.reading, LARGEST_TURN)
+                is_clear = critical is not None and probe.is_clear(critical.reading, turn, stress)
                 old = crack.headings[len(headings[-1]) + 1]
                 headings[-1].append(old + _RELAXATION * (probe.heading + turn - old) if is_clear else None)
         found: dict[int, Crack] = {}
@@ -194,12 +196,14 @@ class Search:
         return [found[i] for i in range(len(cracks))]
 
     def _regrown(self, crack: Crack, headings: Sequence[float | None], others: list[Line]) -> Crack:
-        """A crack from its start with other headings; one that is None stays as it was, the last ones are held."""
+        """A crack from its start with other headings; one that is None stays as it was, the last keep their directions."""
         new = Crack(crack.points[:1], crack.headings[:1])
         known = [i for i, heading in enumerate(headings) if heading is not None]
         for i in count():
             if i > max(known, default=-1):
-                return new.held(crack.why or "the stresses ahead favour no direction", self.segment, self.body, others)
+                return new.with_fixed_direction(
+                    crack.why or "the stresses ahead favour no direction", self.segment, self.body, others
+                )
             heading = headings[i]
             new = new.grown(crack.headings[i + 1] if heading is None else heading, self.segment, self.body, others)
             if new.end:
@@ -213,17 +217,17 @@ class Search:
             name = f"path {number}" if len(cracks) > 1 else "path"
             text = f"{name}: {len(crack.points) - 1} segments of {self.segment:.3g} mm from {as_text(crack.points[0])}"
             text += f" to {crack.end} at {as_text(np.round(crack.tip, 3))}"
-            if crack.held_from is not None:
-                text += f", straight from {as_text(np.round(crack.points[crack.held_from], 2))} on: {crack.why}"
+            if crack.fixed_from is not None:
+                text += f", straight from {as_text(np.round(crack.points[crack.fixed_from], 2))} on: {crack.why}"
             notes.append(text)
-        due = [v for v in vertices if not v.held and not math.isnan(v.criterion)]
-        apart = np.array([abs(_difference(v.criterion, v.principal)) for v in due])
+        critical = [v for v in vertices if not v.fixed_direction and not math.isnan(v.criterion)]
+        apart = np.array([abs(_difference(v.criterion, v.principal)) for v in critical])
         if len(apart):
             notes.append(
                 f"path: criterion and principal stresses of the run disagree by {apart.mean():.1f} degrees in the mean, "
                 f"{apart.max():.1f} at most"
             )
-        early = np.array([abs(_difference(v.criterion, v.at_peak)) for v in due if not math.isnan(v.at_peak)])
+        early = np.array([abs(_difference(v.criterion, v.at_peak)) for v in critical if not math.isnan(v.at_peak)])
         if len(early):
             notes.append(f"path: the stresses at the peak tell directions that differ by up to {early.max():.1f} degrees")
         if self.unseen:
@@ -247,29 +251,29 @@ class Search:
 
 
 def _movement(new: Crack, old: Crack) -> float:
-    """By how much a path moves at most where its direction is not held, mm."""
-    judged = new.points[: None if new.held_from is None else new.held_from + 1]
+    """By how much a path moves at most where its direction is not fixed, mm."""
+    judged = new.points[: None if new.fixed_from is None else new.fixed_from + 1]
     return max(distance_to(point, [old.points]) for point in judged)
 
 
-def _vertices(cracks: Sequence[Crack], trial: Trial) -> list[Vertex]:
+def _vertices(cracks: Sequence[Crack], trial: PathTrial) -> list[Vertex]:
     """The points of the paths as the last run saw them."""
     found = []
-    readings = iter(zip(trial.probes, trial.due, trial.at_peak, strict=True))
+    readings = iter(zip(trial.probes, trial.critical, trial.at_peak, strict=True))
     for number, crack in enumerate(cracks, start=1):
         for i, (x, y) in enumerate(crack.points[:-1]):
-            probe, due, at_peak = next(readings)
+            probe, critical, at_peak = next(readings)
             nan = math.nan
             criterion = principal = opening = load = nan
-            if due is not None:
-                criterion = probe.heading + probe.strongest(due.reading, LARGEST_TURN)[0]
-                principal = probe.heading + probe.principal_turn(due.reading)
-                opening, load = due.opening, due.load
+            if critical is not None:
+                criterion = probe.heading + probe.strongest(critical.reading, LARGEST_TURN)[0]
+                principal = probe.heading + probe.principal_turn(critical.reading)
+                opening, load = critical.opening, critical.load
             turn, stress = probe.strongest(at_peak, LARGEST_TURN)
             early = probe.heading + turn if probe.is_clear(at_peak, turn, stress) else nan
-            held = crack.held_from is not None and i >= crack.held_from
+            is_fixed = crack.fixed_from is not None and i >= crack.fixed_from
             path, *told = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
-            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, held))
+            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, is_fixed))
     return found
 
 

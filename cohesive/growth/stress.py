@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from meshing.paths import Point
 
 from ..arrays import Array, Index
-from ..elements.bulk import ELEMENTS, ElasticBlock
+from ..elements.bulk import ElasticBlock
 
 #: angles of the rays from the heading of a crack, radians; none lies on the path, whose two sides have stresses of their own
 RAYS = np.radians(np.arange(-111.25, 111.3, 2.5))
@@ -56,9 +56,8 @@ class NodalStress:
         total: list[sp.csr_array] = [sp.csr_array((m, points.size)) for _ in range(3)]
         triangles = []
         for block in blocks:
-            centre = ELEMENTS[block.kind][2]
-            strain, volumes, _, _ = block.strain_points((centre, np.ones(1)))
-            corners = block.cells[:, : 3 if block.kind.startswith("triangle") else 4]
+            strain, volumes, _, _ = block.strain_points((block.element.centre, np.ones(1)))
+            corners = block.cells[:, : block.element.cell.n_corners]
             share = sp.csr_array(
                 (
                     np.repeat(volumes, corners.shape[1]),
@@ -135,7 +134,7 @@ class Probe:
     inside: Array
 
     @classmethod
-    def ahead_of(cls, stress: NodalStress, tip: Point, heading: float, radius: float) -> Probe:
+    def from_tip(cls, stress: NodalStress, tip: Point, heading: float, radius: float) -> Probe:
         """The probe of a tip.
 
         Parameters

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from meshing.keys import key
+
 from ..errors import ParameterError
 from .softening import Softening
-from .softening_branches import Rise, first_branch, opening_of_first_branch, spent, steepest_rise
+from .softening_branches import Rise, first_branch, fully_softened, opening_of_first_branch, steepest_rise
 from .softening_choice import curve_of, fixes_strength, normalized, strength_and_energy
 
 
 class Derived(float):
     """A parameter that was not given but follows from others. `dataclasses.replace` hands it on, and it follows again;
     float(value) makes a given number of it."""
-
-
-def _key(default: Any, meaning: str, unit: str = "", hash: bool | None = None) -> Any:
-    """A field that is a key of [material]. ft, Gf and Zm that are None become numbers in `Concrete`, see `Derived`."""
-    return field(default=default, hash=hash, metadata={"meaning": meaning, "unit": unit})
 
 
 @dataclass(frozen=True)
@@ -74,35 +71,37 @@ class Concrete:
         Naming the parameter, its value and what was expected.
     """
 
-    E: float = _key(MISSING, "Young's modulus", "MPa")
-    nu: float = _key(MISSING, "Poisson's ratio, 0 <= nu < 0.5")
-    ft: float = _key(None, "uniaxial tensile strength; with softening points or an object it follows from them", "MPa")
-    Gf: float = _key(None, "mode I fracture energy; with softening points or an object it follows from them", "N/mm")
-    h: float = _key(60.0, "physical width of the fracture process zone, three times the coarse aggregate", "mm")
-    m_g: float = _key(0.425, "slope of the contact cone, eqs (8) and (9)")
-    r_sigma: float = _key(1.25, "shear intercept of the damage surface over ft")
-    mu_sigma: float = _key(0.8, "friction factor of the damage surface, below r_sigma")
-    c: tuple[float, float, float] = _key((0.01, 0.05, 2.0), "decay lengths of the three asperity sizes, eq. (13)", "Zm")
-    p: tuple[float, float, float] = _key((0.6, 0.3, 0.1), "proportions of the three asperity sizes, with sum 1, eq. (13)")
-    c1: float = _key(5.0, "gives Zm = c1 Gf/ft; it cancels from the softening curve")
-    n_g: float = _key(0.025, "nose radius of the contact surface, eq. (10)", "Zm")
-    r_z: float = _key(0.018, "smoothing length without damage, eq. (18)", "Zm")
-    c_zn: float = _key(9.0, "the smoothing length grows by Z/c_zn with damage, eq. (18)")
-    c_lm: float = _key(3.0, "contact begins so many smoothing lengths before the surface, eq. (19)")
-    u_phi0: float = _key(0.0, "opening below which no contact is lost, eq. (13); it shifts the contact surface", "mm")
-    onset_cap: bool = _key(True, "keep contact away from a crack that is younger than the smoothing length")
-    contact: str = _key("printed", "'printed', or 'potential': contact with an energy, which cycles cannot create")
-    shear_scaling: bool = _key(True, "H_w of eq. (25); without it H of eq. (13) at every width")
-    softening: Any = _key(
-        "exponential",
+    E: float = key("Young's modulus", unit="MPa")
+    nu: float = key("Poisson's ratio, 0 <= nu < 0.5")
+    ft: float = key("uniaxial tensile strength; with softening points or an object it follows from them", None, unit="MPa")
+    Gf: float = key("mode I fracture energy; with softening points or an object it follows from them", None, unit="N/mm")
+    h: float = key("physical width of the fracture process zone, three times the coarse aggregate", 60.0, unit="mm")
+    m_g: float = key("slope of the contact cone, eqs (8) and (9)", 0.425)
+    r_sigma: float = key("shear intercept of the damage surface over ft", 1.25)
+    mu_sigma: float = key("friction factor of the damage surface, below r_sigma", 0.8)
+    c: tuple[float, float, float] = key("decay lengths of the three asperity sizes, eq. (13)", (0.01, 0.05, 2.0), unit="Zm")
+    p: tuple[float, float, float] = key("proportions of the three asperity sizes, with sum 1, eq. (13)", (0.6, 0.3, 0.1))
+    c1: float = key("gives Zm = c1 Gf/ft; it cancels from the softening curve", 5.0)
+    n_g: float = key("nose radius of the contact surface, eq. (10)", 0.025, unit="Zm")
+    r_z: float = key("smoothing length without damage, eq. (18)", 0.018, unit="Zm")
+    c_zn: float = key("the smoothing length grows by Z/c_zn with damage, eq. (18)", 9.0)
+    c_lm: float = key("distance from the surface at which contact begins, in smoothing lengths, eq. (19)", 3.0)
+    u_phi0: float = key("opening below which no contact is lost, eq. (13); it shifts the contact surface", 0.0, unit="mm")
+    onset_cap: bool = key("keep contact away from a crack that is younger than the smoothing length", True)
+    contact: str = key("'printed', or 'potential': contact with an energy, which cycles cannot create", "printed")
+    shear_scaling: bool = key("H_w of eq. (25); without it H of eq. (13) at every width", True)
+    softening: Any = key(
         "softening curve: the name of a registered one, {kink = [x, y]} (two branches that meet at the opening x Gf/ft and "
         "the stress y ft), or {points = [[w, stress], ...]} in mm and MPa",
+        "exponential",
         hash=False,
     )
-    Zm: float = _key(None, "length of the asperities, which scales the contact; default c1 Gf/ft, see Concrete", "mm")
-    density: float = _key(0.0, "density, if the body's own weight is to act", "kg/m^3")
-    fc: float | None = _key(
-        None, "compressive strength; the model leaves crushing out, and says where the bulk passes it; default 10 ft", "MPa"
+    Zm: float = key("length of the asperities, which scales the contact; default c1 Gf/ft, see Concrete", None, unit="mm")
+    density: float = key("density, if the body's own weight is to act", 0.0, unit="kg/m^3")
+    fc: float | None = key(
+        "compressive strength; the model leaves crushing out, and says where the bulk passes it; default 10 ft",
+        None,
+        unit="MPa",
     )
 
     def __post_init__(self) -> None:
@@ -195,10 +194,10 @@ class Concrete:
         return curve_of(self.softening, float(self.ft), float(self.Gf))
 
     @cached_property
-    def spent(self) -> float:
+    def fully_softened(self) -> float:
         """Opening beyond the onset from which on the curve gives no traction, mm: its end; 17.5 Gf/ft of the exponential one,
         where its stress is below 1e-7 ft."""
-        return spent(self.curve)
+        return fully_softened(self.curve)
 
     @cached_property
     def steepest_rise(self) -> Rise | None:

@@ -50,7 +50,7 @@ class ContactSurface:
     concrete: Concrete
 
     @classmethod
-    def seen_from(cls, concrete: Concrete, jump: Array, Z: Array) -> ContactSurface:
+    def from_jump(cls, concrete: Concrete, jump: Array, Z: Array) -> ContactSurface:
         """The surface at the histories Z (n,) seen from the jumps (n, d), mm: cone (8), (9) and nose (10)."""
         m = concrete
         q = np.sqrt(1.0 + m.m_g**2)

@@ -183,14 +183,14 @@ class CrackPlane:
         """Whether the softening curve has ended at the history Z, (n,): 1 - omega is 0, and nothing more can be dissipated."""
         return np.asarray(Z - self.Zt >= self.concrete.curve.end)  # as `intact` asks the curve, to the last digit
 
-    def is_spent(self, Z: Array) -> Mask:
+    def is_fully_softened(self, Z: Array) -> Mask:
         """Whether opening can bring no traction back, (n,): beyond the end of the curve, or with too little left of it."""
-        return np.asarray(Z - self.Zt >= self.concrete.spent)
+        return np.asarray(Z - self.Zt >= self.concrete.fully_softened)
 
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""
         jump, Z = _checked(jump, Z)
-        surface = ContactSurface.seen_from(self.concrete, jump, np.maximum(Z, self.Zt))
+        surface = ContactSurface.from_jump(self.concrete, jump, np.maximum(Z, self.Zt))
         return surface.phi, surface.normal
 
     def contact_reach(self, Z: Array) -> Array:
@@ -249,7 +249,7 @@ class CrackPlane:
         """The contact part of the traction, without omega, at the points in contact: their indices, its value, its
         derivative in the jump at constant Z, and its derivative in Z."""
         m, d = self.concrete, jump.shape[1]
-        surface = ContactSurface.seen_from(m, jump, Z)
+        surface = ContactSurface.from_jump(m, jump, Z)
         at = np.flatnonzero(surface.in_contact)
         if not at.size:  # the usual case while a crack opens
             nothing = np.empty((0, d))

@@ -40,7 +40,7 @@ _APPROACH = 0.9
 #: the energy must fall by this part of what its slope promises
 _DECREASE = 1e-4
 
-#: converged if the next step is below so many roundings
+#: converged if the next step is below this number of roundings
 _DIGITS = 32.0
 
 
@@ -93,7 +93,7 @@ def potential_contact(concrete: Concrete, k: Array, jump: Array, Z: Array) -> tu
 def _asperity_energy(concrete: Concrete, left: Array, Z: Array) -> tuple[Array, Array, Array, Array]:
     """V at the jumps (n, 2) that are left to the asperities, its gradient and Hessian, and the slope of the gradient in Z."""
     m = concrete
-    surface = ContactSurface.seen_from(m, left, Z)
+    surface = ContactSurface.from_jump(m, left, Z)
     out = ~surface.in_contact
     g = np.where(out, 0.0, surface.overlap())
     g_phi, g_Z = surface.overlap_slopes(g)
@@ -129,7 +129,7 @@ def inelastic_jump(concrete: Concrete, k: Array, jump: Array, Z: Array) -> Array
     left = jump.copy()
     # near closure V is about a / u1*: what the plane and the asperities then agree on is the way to begin
     touching = np.column_stack([np.zeros(len(jump)), jump[:, 1]])
-    surface = ContactSurface.seen_from(m, touching, Z)
+    surface = ContactSurface.from_jump(m, touching, Z)
     first_slope = sum(p / (c * m.Zm) for p, c in zip(m.p, m.c, strict=True))
     a = m.G / m.h * surface.work(surface.overlap())[0] / (first_slope * k[:, 0])
     pressed = np.maximum(-jump[:, 0], np.cbrt(a))

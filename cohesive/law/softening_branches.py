@@ -17,7 +17,7 @@ _SPENT = math.exp(-17.5)
 _SAMPLES = 1000
 
 
-def spent(curve: Softening) -> float:
+def fully_softened(curve: Softening) -> float:
     """Opening from which on no traction can come back by opening, mm: the end, or what comes near to it."""
     if math.isfinite(curve.end):
         return float(curve.end)
@@ -101,6 +101,6 @@ def steepest_rise(curve: Softening) -> Rise | None:
 
 def _openings(curve: Softening) -> Array:
     """Openings over the whole curve, fine near 0, with its kinks and its end."""
-    last = spent(curve)
+    last = fully_softened(curve)
     kinks = np.asarray(getattr(curve, "kinks", ()), dtype=float)
     return np.unique(np.concatenate([[0.0, last], kinks, last * np.linspace(0.0, 1.0, _SAMPLES) ** 2]))

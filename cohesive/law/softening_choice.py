@@ -15,7 +15,7 @@ from .softening import SOFTENING, PiecewiseLinear, Softening, bilinear
 
 #: the strength and energy of a curve may differ from ft and Gf by this part
 _AGREEMENT = 1e-6
-#: work and slope are checked at so many openings up to so many Gf/ft, to a part of Gf and ft that allows for kinks
+#: openings at which work and slope are checked, the last one over Gf/ft, and the part of Gf and ft that allows for kinks
 _CHECKED, _FURTHEST, _ROUGHLY = 1001, 40.0, 0.05
 
 

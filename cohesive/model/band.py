@@ -11,8 +11,8 @@ from ..arrays import Array
 from ..cracks.band_points import CrackBand
 from ..elements.bulk import ElasticBlock
 from ..elements.interface import Interface
+from ..elements.registry import centre_rule
 from ..elements.rotations import major_strain, rotations, stress_transformation
-from ..elements.shapes import Rule, gauss_cube
 from ..errors import SceneError
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
@@ -21,12 +21,6 @@ from ..solver.problem import State
 from .checks import check_units
 from .cracks import CrackPart, values_by_name
 from .mesh import CrackedMesh
-
-#: points along each side of an element of a band, on its centre line or mid plane: there a crack that opens linearly causes
-#: no shear. With points off it that shear locks the band: on the built-in beam with elements of 5 and 1 mm the peak is 6 and
-#: 3 % too high. Two points along see every deformation of a quad; what three do not see of a quad6, bending about the
-#: centre line, and what two by two do not see of a hexahedron, twisting about the mid plane, the bulk resists.
-_POINTS_ALONG = {"quad": 2, "quad6": 3, "hexahedron": 2}
 
 #: energy that a band dissipates beyond Gf, as a part of Gf: ft^2 l_ch / (2 E Gf)
 _WARN_EXCESS, _REFUSE_EXCESS = 0.05, 1.0
@@ -53,9 +47,9 @@ class BandPart(CrackPart):
         planes = points.planes
         fracture = planes.length[:, None] * (planes.strain - law.compliance * planes.traction)
         widest = np.lexsort((fracture[:, 0], planes.point))  # the last plane of a point wins
-        found = law.plane.with_width(planes.length).damage(planes.Z) if len(planes.point) else planes.Z
+        plane_damage = law.plane.with_width(planes.length).damage(planes.Z) if len(planes.point) else planes.Z
         values = []
-        for one in (fracture, planes.traction, found):
+        for one in (fracture, planes.traction, plane_damage):
             value = np.zeros((size, *one.shape[1:]))
             value[planes.point[widest]] = one[widest]
             values.append(value)
@@ -93,8 +87,7 @@ def band_part(
     SceneError
         For a band so wide that it dissipates twice Gf, or numbers in other units.
     """
-    points_of = centre_line if mesh.is_row else None
-    parts = [block.strain_points(points_of(block.kind, mesh.dimension) if points_of else None) for block in elements]
+    parts = [block.strain_points(centre_rule(block.kind) if mesh.is_row else None) for block in elements]
     offsets = np.cumsum([0, *(len(block.cells) for block in elements)])[:-1]
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
     weights = np.concatenate([part[1] for part in parts])
@@ -123,12 +116,6 @@ def band_part(
     operator = sp.vstack([part[0] for part in parts]).tocsr()
     where = np.concatenate([part[2] for part in parts])
     return BandPart(law, operator, weights, where, cell, area, width, along, faces)
-
-
-def centre_line(kind: str, dimension: int) -> Rule:
-    """Gauss rule along each axis of an element of a band but the last one, and one point across."""
-    at, weights = gauss_cube(_POINTS_ALONG[kind], dimension - 1)
-    return np.column_stack([at, np.zeros(len(at))]), 2.0 * weights
 
 
 def _excess(concrete: Concrete, width: float) -> float:

@@ -53,12 +53,12 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
     yielding: list[Constraint] = []
     acting: list[float] = []
     for support in given:
-        held = _support(mesh, support)
+        constraints = _support(mesh, support)
         if support.stiffness is None:
-            supports += held
+            supports += constraints
         else:
-            yielding += held
-            acting += [support.stiffness * (2.0 if half else 1.0)] * len(held)  # the energy of a half is doubled
+            yielding += constraints
+            acting += [support.stiffness * (2.0 if half else 1.0)] * len(constraints)  # the energy of a half is doubled
     motions: list[Constraint] = []
     drives: dict[str, Actuator] = {}
     later: list[float] = []

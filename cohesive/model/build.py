@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from meshing.errors import MeshError
 from meshing.specimens.base import MAIN_GAUGE
@@ -17,14 +19,15 @@ from .band import band_note, band_part
 from .boundary import boundary
 from .checks import check_stages, loadings_of
 from .cracks import CrackPart
+from .dead_loads import dead_motion
 from .elements import Elements
-from .equations import assembled, condensed, problem_of, with_law
-from .held import check_held
+from .equations import assembled, condensed, problem_of
 from .interface import interface_part
 from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 from .path_size import path_size_note
+from .supports import check_supports
 
 
 def build(
@@ -51,7 +54,7 @@ def build(
     if scene.grow is not None:
         raise SceneError("specimen.crack = 'grow': the path is not found yet; run(scene) finds it", "specimen.crack")
     timings: dict[str, float] = {}
-    concrete, specimen, options, tol = scene.material, scene.specimen, scene.model, scene.solver.tol
+    concrete, specimen, options = scene.material, scene.specimen, scene.model
     with _timed(timings, "mesh", on_phase), _keys_named():
         mesh = cracked_mesh(scene) if kept is None else kept.mesh
     with _timed(timings, "assemble", on_phase), _keys_named():
@@ -59,26 +62,33 @@ def build(
         cracks = _cracks(scene, mesh, elements)
         area = cracks.area or mesh.extent * (specimen.thickness or mesh.extent)  # if nothing tells, its order
         held = boundary(specimen, mesh, options.plane, options.half)
-        whole = None if kept is not None else assembled(scene, mesh, elements, cracks, held)
-        check_held(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
+        whole = assembled(scene, mesh, elements, cracks, held) if kept is None else None
+        check_supports(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
     with _timed(timings, "condense", on_phase):
         if kept is None:
             assert whole is not None
-            condensation = condensed(whole.bulk, scene.solver.condensation)
-            problem = problem_of(whole, condensation, cracks, held, concrete, area, tol)
-            total = whole.bulk.unknowns.transform.shape[1]
+            condensation, total = condensed(whole.bulk, scene.solver.condensation), whole.total_dofs
+            has_dead, with_law = whole.bulk.dead is not None, partial(problem_of, whole, condensation, held)
         else:
-            factor, total = concrete.E / kept.modulus, kept.total_dofs
-            condensation = kept.condensation.scaled(factor)
-            problem = with_law(kept.problem, condensation, cracks, concrete, area, tol, factor)
+            condensation, total = kept.condensation, kept.total_dofs
+            has_dead, with_law = kept.problem.dead_factor > 0, partial(replace, kept.problem)
+        law: dict[str, Any] = {
+            "point_law": cracks.point_law,
+            "stiffness": condensation.stiffness.scaled(elements.unit),
+            "strength": concrete.ft * area,
+            "energy": concrete.Gf * area,
+            "tol": scene.solver.tol,
+            "secant": tangent == "secant",
+            "dead_factor": dead_motion(mesh, concrete.E) if has_dead else 0.0,
+        }
+        problem = with_law(**law)
     unmeasured = {*specimen.gauges()} - {MAIN_GAUGE, *problem.measures}
     check_stages(scene.stages, problem, concrete, cracks.width, unmeasured)
     lengths = CrackLengths.from_specimen(specimen, cracks, problem.measures)
-    problem = replace(problem, secant=tangent == "secant")
     notes = _notes(scene, mesh, cracks)
     return Model(
         mesh, elements.elastic, elements.cracking, cracks, lengths, specimen.forces(), problem, condensation, total,
-        concrete.E, timings, notes,
+        timings, notes,
     )  # fmt: skip
 
 

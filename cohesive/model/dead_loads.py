@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import meshio
 import numpy as np
+from scipy.constants import g
 
 from meshing.cells import CELLS
 from meshing.cutting.stars import Star
@@ -13,24 +14,22 @@ from meshing.specimens import Specimen
 from meshing.specimens.base import Pressure
 
 from ..arrays import Array
+from ..elements.registry import facet_of
 from ..errors import SceneError
 from .elements import Elements
 from .mesh import CrackedMesh
 
-#: standard acceleration of gravity, m/s^2 (CGPM 1901)
-GRAVITY = 9.80665
+#: stress, MPa, whose strain over the size of the body is the motion that stands for the dead loads
+_STRESS = 0.03
 
 #: kg/m^3 times m/s^2 in N/mm^3
 _PER_VOLUME = 1e-9
 
-#: shares of the nodes in the load of a facet: of an edge [a, b(, mid)], of a face [corners(, mids)]
-_SHARES = {
-    (2, 2): [0.5, 0.5],
-    (2, 3): [1 / 6, 1 / 6, 2 / 3],
-    (3, 3): [1 / 3] * 3,
-    (3, 4): [1 / 4] * 4,
-    (3, 6): [0.0] * 3 + [1 / 3] * 3,
-}
+
+def dead_motion(mesh: CrackedMesh, E: float) -> float:
+    """Motion at which the dead loads act whole, mm, with some modulus: of the size of the others, so that the force on it is
+    of theirs."""
+    return _STRESS * mesh.extent / E
 
 
 def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements) -> Array | None:
@@ -48,7 +47,7 @@ def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements) -> Arr
     force = np.zeros(mesh.points.shape)
     for block, density in zip([*elements.elastic, *elements.cracking], elements.densities, strict=True):
         if density.any():
-            force += block.body_force(_PER_VOLUME * GRAVITY * density[:, None] * np.asarray(down))
+            force += block.body_force(_PER_VOLUME * g * density[:, None] * np.asarray(down))
     for pressure in specimen.pressures():
         force += elements.thickness * _pressed(mesh, pressure)
     return force.ravel() if force.any() else None
@@ -64,16 +63,16 @@ def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
     inside = np.zeros(len(mesh.points), dtype=bool)
     inside[mesh.sets[pressure.at]] = True
     force = np.zeros(mesh.points.shape)
-    found = False
+    has_faces = False
     for cells in _alike([*mesh.bulk, *mesh.band]):
         star = Star.from_cells([(cell.type, np.asarray(cell.data)) for cell in cells])
         at = (np.bincount(star.facet)[star.facet] == 1) & inside[star.nodes].all(axis=1)
-        found |= bool(at.any())
+        has_faces |= bool(at.any())
         nodes, k = star.nodes[at], star.corners
         outward = _outward(mesh.points, nodes[:, :k])
-        shares = np.array(_SHARES[(mesh.dimension, nodes.shape[1])])
+        shares = facet_of(cells[0].type).shares
         np.add.at(force, nodes, -pressure.value * shares[None, :, None] * outward[:, None, :])
-    if not found:
+    if not has_faces:
         raise SceneError(
             f"specimen.pressures.at = {pressure.at!r}: no face of the body has all of its nodes in this set; expected the "
             "nodes of some faces",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array
-from ..elements.bulk import BAND_COLUMNS, ElasticBlock, elasticity
+from ..elements.bulk import ElasticBlock, elasticity
+from ..elements.registry import element_in_band
 from ..errors import SceneError
 from ..scenes.scene import Scene
 from .mesh import CrackedMesh
@@ -23,12 +24,17 @@ class Elements:
     cracking : blocks of elements that may crack, in the smeared model
     thickness : what a 2D mesh is to be multiplied with, mm; 1 in 3D
     densities : of the cells of each block, `elastic` first, kg/m^3
+    unit : modulus by which the stiffness of the bulk is divided before it is condensed, MPa, so that another modulus gives
+        the same numbers whether it came before or after; 1 if regions have moduli of their own
+    of_unit : the elastic blocks with their moduli over `unit`
     """
 
     elastic: list[ElasticBlock]
     cracking: list[ElasticBlock]
     thickness: float
     densities: list[Array]
+    unit: float
+    of_unit: list[ElasticBlock]
 
     @classmethod
     def from_mesh(cls, scene: Scene, mesh: CrackedMesh) -> Elements:
@@ -59,8 +65,11 @@ class Elements:
         ]
         cracking = []
         for block in mesh.band:
-            kind, columns = BAND_COLUMNS[block.type] if mesh.is_row else (block.type, list(range(block.data.shape[1])))
+            kind, columns = element_in_band(block.type) if mesh.is_row else (block.type, list(range(block.data.shape[1])))
             cracking.append(ElasticBlock(kind, points, block.data[:, columns], moduli[0], thickness))
         weights = [densities[region] for region in mesh.regions]
         weights += [np.full(len(block.cells), own.density) for block in cracking]
-        return cls(elastic, cracking, thickness, weights)
+        if regions:
+            return cls(elastic, cracking, thickness, weights, 1.0, elastic)
+        of_unit = [replace(block, D=elasticity(1.0, own.nu, plane)) for block in elastic]
+        return cls(elastic, cracking, thickness, weights, own.E, of_unit)

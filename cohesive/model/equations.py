@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,13 +14,12 @@ from ..algebra.crack_operator import CrackOperator
 from ..algebra.unknowns import Unknowns
 from ..arrays import Array
 from ..errors import SceneError
-from ..law.concrete import Concrete
 from ..scenes.scene import Scene
 from ..solver.loading import DEAD, Actuator, Loading
 from ..solver.problem import Problem, Springs
 from .boundary import Boundary
 from .cracks import CrackPart
-from .dead_loads import dead_loads
+from .dead_loads import dead_loads, dead_motion
 from .elements import Elements
 from .gauges import measures
 from .mesh import CrackedMesh
@@ -31,12 +31,20 @@ class Assembled:
 
     Attributes
     ----------
-    bulk : Bulk
+    bulk : Bulk, its stiffness and its dead loads over `Elements.unit`
     measures : by name, each a linear measure of all unknowns
+    weights, where : of the points with cracks, see `CrackPart`
     """
 
     bulk: Bulk
     measures: dict[str, Array]
+    weights: Array
+    where: Array
+
+    @property
+    def total_dofs(self) -> int:
+        """Number of all unknowns."""
+        return int(self.bulk.unknowns.transform.shape[1])
 
 
 def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: CrackPart, held: Boundary) -> Assembled:
@@ -47,19 +55,19 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
     SceneError
         For supports that contradict each other, and gauges or dead loads that the mesh has no place for.
     """
-    half, leader = scene.model.half, mesh.leader
+    half, representative = scene.model.half, mesh.representative
     dead = dead_loads(scene.specimen, mesh, elements)
     rows = measures(scene.specimen, half, mesh, cracks.faces)
     try:
-        unknowns = Unknowns.from_constraints(leader, held.supports, held.motions, held.mirror, int(dead is not None))
+        unknowns = Unknowns.from_constraints(representative, held.supports, held.motions, held.mirror, int(dead is not None))
     except ValueError as error:
         raise SceneError(f"specimen.{error}", "specimen") from None
-    K = bulk_stiffness(elements.elastic, mesh.points.size)
+    K = bulk_stiffness(elements.of_unit, mesh.points.size)
     if half:
         K *= 2.0  # load and energies are those of the whole
         dead = None if dead is None else 2.0 * dead
-    if dead is not None:  # by a motion of the size of the others, whose force is then of theirs
-        dead /= cracks.point_law.onset_jump
+    if dead is not None:
+        dead /= dead_motion(mesh, scene.material.E / elements.unit)
     operator = _without_cancelled(cracks.operator @ unknowns.transform)
     rows = {name: row @ unknowns.transform for name, row in rows.items()}
     seen = np.zeros(unknowns.transform.shape[1], dtype=bool)
@@ -68,8 +76,8 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
     for row in rows.values():
         seen |= abs(row) > 1e-12
     points = np.asarray(mesh.points, dtype=float)
-    bulk = Bulk(points, elements.elastic, elements.cracking, leader, unknowns, operator, np.flatnonzero(seen), K, dead)
-    return Assembled(bulk, rows)
+    bulk = Bulk(points, elements.elastic, elements.cracking, representative, unknowns, operator, np.flatnonzero(seen), K, dead)
+    return Assembled(bulk, rows, cracks.weights, cracks.where)
 
 
 def _without_cancelled(operator: sp.csr_array) -> sp.csr_array:
@@ -100,21 +108,12 @@ def condensed(bulk: Bulk, wanted: str) -> Condensation:
         raise SceneError(f"specimen: {error}", "specimen") from None
 
 
-def problem_of(
-    whole: Assembled,
-    condensation: Condensation,
-    cracks: CrackPart,
-    held: Boundary,
-    concrete: Concrete,
-    area: float,
-    tol: float,
-) -> Problem:
+def problem_of(whole: Assembled, condensation: Condensation, held: Boundary, **law: Any) -> Problem:
     """The equations on the unknowns that are left.
 
     Parameters
     ----------
-    area : of the crack, mm^2, or its order
-    tol : relative tolerance of Newton's method
+    law : of the problem, what another law changes
     """
     bulk, at = whole.bulk, condensation.unknowns
     number = np.full(bulk.unknowns.transform.shape[1], -1)
@@ -125,36 +124,10 @@ def problem_of(
         loads[DEAD] = Actuator((len(drives) - 1,))
         springs = (np.append(held.acting, 0.0), np.append(held.later, 0.0))
     return Problem(
-        cracks.point_law,
-        CrackOperator.from_matrix(bulk.operator[:, at].tocsr(), cracks.weights, cracks.where),
-        condensation.stiffness,
-        drives,
-        Loading.from_drives(loads, len(drives)),
-        Springs.from_stiffness(*springs),
-        concrete.ft * area,
-        concrete.Gf * area,
-        {name: row[at] for name, row in whole.measures.items()},
-        tol,
-        dead_factor=0.0 if bulk.dead is None else cracks.point_law.onset_jump,
-    )
-
-
-def with_law(
-    problem: Problem, condensation: Condensation, cracks: CrackPart, concrete: Concrete, area: float, tol: float, factor: float
-) -> Problem:
-    """The equations of a body that differs in its law and in the modulus of its bulk, see `problem_of`.
-
-    Parameters
-    ----------
-    condensation : whose stiffness is scaled already
-    factor : the new modulus over that of `problem`
-    """
-    return replace(
-        problem,
-        point_law=cracks.point_law,
-        stiffness=condensation.stiffness,
-        strength=concrete.ft * area,
-        energy=concrete.Gf * area,
-        tol=tol,
-        dead_factor=problem.dead_factor / factor,  # the coupling to it grows with the stiffness
+        operator=CrackOperator.from_matrix(bulk.operator[:, at].tocsr(), whole.weights, whole.where),
+        drives=drives,
+        loading=Loading.from_drives(loads, len(drives)),
+        springs=Springs.from_stiffness(*springs),
+        measures={name: row[at] for name, row in whole.measures.items()},
+        **law,
     )

@@ -44,7 +44,7 @@ class Estimate:
 
 
 def estimate(scene: Scene, larger: float = 1.0) -> Estimate | None:
-    """What a scene will take; None with a mesh of one's own.
+    """What a scene will take; None with a user mesh.
 
     Parameters
     ----------

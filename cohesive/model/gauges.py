@@ -42,12 +42,12 @@ def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface
         for name, gauge in specimen.gauges(half=half).items()
     }
     main = gauges.pop(MAIN_GAUGE, None)
-    found = _mean_jump(specimen, mesh, faces) if main is None else _opening_and_sliding(main, mesh, faces)
+    rows = _mean_jump(specimen, mesh, faces) if main is None else _opening_and_sliding(main, mesh, faces)
     for name, gauge in gauges.items():
         motion = _relative_motion(gauge, mesh, faces, f"gauges.{name}")
         if motion is not None:
-            found[name] = motion[0]
-    return found
+            rows[name] = motion[0]
+    return rows
 
 
 def _mean_jump(specimen: Specimen, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:

@@ -20,6 +20,9 @@ TRACTION_FREE = 0.01
 #: lengths at which the compliance is computed; twice as many change the effective length by less than 0.2 % of the path
 _LENGTHS = 20
 
+#: root of a stiffness, over that of the undamaged body, below which it is rounding: what is left of the path does not hold the body
+_ROUNDING = 1e-4
+
 
 @dataclass(frozen=True)
 class CrackLengths:
@@ -71,7 +74,8 @@ class CrackLengths:
         """The root of the body's stiffness, ascending, and the length of the open part of the path with it, mm: it grows about
         linearly as the stiffness falls to 0; None if one length does not say it.
 
-        The points are opened through one after another, in the order of the path.
+        The points are opened through one after another, in the order of the path. The stiffness is 0 when all are, or from
+        the length on at which what is left of the path holds the body no longer.
         """
         if self.along is None:
             return None
@@ -80,14 +84,16 @@ class CrackLengths:
         last = np.flatnonzero(np.diff(where, append=np.inf) > 1e-6 * where[-1])  # of the points at each place
         lengths = np.cumsum(self.share[order])[last]
         chosen = np.unique(np.linspace(0, len(last) - 2, _LENGTHS).round().astype(int)) if len(last) > 2 else np.arange(0)
-        open_lengths, roots = [0.0], [self._root(problem, order[:0])]
+        open_lengths, roots, end = [0.0], [self._root(problem, order[:0])], float(lengths[-1])
         for i in chosen.tolist():
             root = self._root(problem, order[: last[i] + 1])
-            if not 0 < root < roots[-1]:
+            if root <= _ROUNDING * roots[0]:
+                end = float(lengths[i])
+            if not _ROUNDING * roots[0] < root < roots[-1]:
                 break
             open_lengths.append(float(lengths[i]))
             roots.append(root)
-        return np.array([0.0, *roots[::-1]]), np.array([float(lengths[-1]), *open_lengths[::-1]])
+        return np.array([0.0, *roots[::-1]]), np.array([end, *open_lengths[::-1]])
 
     def _root(self, problem: Problem, opened: Index) -> float:
         """Root of the load over the motion with some points opened through; 0 if nothing holds the body together."""

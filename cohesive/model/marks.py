@@ -57,7 +57,7 @@ def marks(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> list
 
 def _supports(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> list[Mark]:
     """One mark for each location that is held, with all its directions."""
-    found: dict[str, Mark] = {}
+    by_location: dict[str, Mark] = {}
     supports = [*specimen.held(half=half), *(specimen.held_across(plane) if mesh.dimension == 3 else [])]
     for support in supports:
         name = _place(support.at)
@@ -66,30 +66,32 @@ def _supports(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> 
         gives = "" if support.stiffness is None else f", gives way by 1 mm under {support.stiffness:.4g} N"
         rotates = "" if support.lever is None else ", rotates freely"
         own = Mark(SUPPORT, name, _points(mesh, "supports.at", support.at), directions, _none(mesh), gives + rotates)
-        if name in found:
-            before = found[name]
+        if name in by_location:
+            before = by_location[name]
             own = replace(own, directions=np.concatenate([before.directions, directions]), text=before.text + own.text)
-        found[name] = own
+        by_location[name] = own
     if half and mesh.crack is not None and (normal := extended(specimen, mesh, specimen.symmetry())) is not None:
         crack = mesh.points[np.unique(mesh.crack.data)]
-        found[""] = Mark(SUPPORT, "the plane of symmetry", crack, np.array([normal]), _none(mesh), ", where the crack opens")
-    return [replace(mark, text=f"along {_vectors(mark.directions)}{mark.text}") for mark in found.values()]
+        by_location[""] = Mark(
+            SUPPORT, "the plane of symmetry", crack, np.array([normal]), _none(mesh), ", where the crack opens"
+        )
+    return [replace(mark, text=f"along {_vectors(mark.directions)}{mark.text}") for mark in by_location.values()]
 
 
 def _drives(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
-    found = []
+    drawn = []
     for name, drive in specimen.drives(half=half).items():
         vectors = [extended(specimen, mesh, each) for each in (drive.direction, drive.shear) if each is not None]
         others, where = _none(mesh), _place(drive.at)
         if drive.against is not None:
             others, where = _points(mesh, "drive.at", drive.against), f"{where} against {_place(drive.against)}"
         at, directions = _points(mesh, "drive.at", drive.at), np.array(vectors, dtype=float)
-        found.append(Mark(DRIVE, name, at, directions, others, f"{where} along {_vectors(directions, ' or ')}"))
-    return found
+        drawn.append(Mark(DRIVE, name, at, directions, others, f"{where} along {_vectors(directions, ' or ')}"))
+    return drawn
 
 
 def _gauges(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
-    found = []
+    drawn = []
     for name, gauge in specimen.gauges(half=half).items():
         plus = _points(mesh, "gauge", gauge.plus)
         if gauge.minus is None:
@@ -101,21 +103,21 @@ def _gauges(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
         along = extended(specimen, mesh, gauge.direction)
         directions = np.zeros((0, mesh.dimension)) if along is None else np.array([along])
         text = f"{where} along {_vectors(directions) if len(directions) else 'the mean normal of the crack'}"
-        found.append(Mark(GAUGE, name, plus, directions, others, text))
+        drawn.append(Mark(GAUGE, name, plus, directions, others, text))
     if not specimen.has_main_gauge and mesh.faces is not None:
         none = _none(mesh)
-        found.insert(0, Mark(GAUGE, MAIN_GAUGE, none, none, none, "the mean jump over the crack"))
-    return found
+        drawn.insert(0, Mark(GAUGE, MAIN_GAUGE, none, none, none, "the mean jump over the crack"))
+    return drawn
 
 
 def _pressures(specimen: Specimen, mesh: CrackedMesh) -> list[Mark]:
-    found = []
+    drawn = []
     for pressure in specimen.pressures():
         at = _points(mesh, "pressures.at", pressure.at)
-        found.append(
+        drawn.append(
             Mark(PRESSURE, pressure.at, at, _none(mesh), _none(mesh), f"by {pressure.value:g} MPa from the beginning")
         )
-    return found
+    return drawn
 
 
 def _points(mesh: CrackedMesh, key: str, at: Location) -> Array:

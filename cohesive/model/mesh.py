@@ -77,11 +77,11 @@ class CrackedMesh:
 
     @property
     def remarks(self) -> list[str]:
-        """Sentences on what is odd about a mesh of the user's."""
+        """Sentences on what is odd about a user mesh."""
         return list((self.whole.info or {}).get("remarks", ()))
 
     @property
-    def leader(self) -> Index:
+    def representative(self) -> Index:
         """For the copies of a node on the crack the one of them that names the group, for every other node itself, (m,)."""
         nodes = np.arange(len(self.points))
         if self.crack is None:

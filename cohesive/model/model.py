@@ -31,7 +31,6 @@ class Model:
     problem : Problem on the active unknowns
     condensation : Condensation
     total_dofs : number of all unknowns
-    modulus : of the concrete, to which the stiffness is proportional, MPa
     timings : seconds, "mesh", "assemble" and "condense"
     notes : what the reader of the results should know about the model
     """
@@ -45,7 +44,6 @@ class Model:
     problem: Problem
     condensation: Condensation
     total_dofs: int
-    modulus: float
     timings: dict[str, float]
     notes: list[str]
 

@@ -44,12 +44,12 @@ class Prepared:
 
     @property
     def crack_size(self) -> float | None:
-        """Size of elements along the crack, mm; None with a mesh of one's own."""
+        """Size of elements along the crack, mm; None with a user mesh."""
         return None if self.scene.sizes is None else self.scene.sizes.crack_size
 
     @property
     def far_size(self) -> float | None:
-        """Size of elements far from the crack, mm; None with a mesh of one's own."""
+        """Size of elements far from the crack, mm; None with a user mesh."""
         return None if self.scene.sizes is None else self.scene.sizes.far_size
 
     @property
@@ -86,6 +86,11 @@ class Prepared:
     def _check(self, scene: Scene) -> None:
         """Refuse a scene that does not fit."""
         own = self.scene
+        if self.model.problem.point_law is not self.model.cracks.point_law:
+            raise SceneError(
+                f"prepared: its problem has a law of its own, {self.model.problem.point_law!r}; expected what prepare(scene) "
+                "returns, for the law is that of the scene that is run"
+            )
         if scene.kind != own.kind:
             raise _refused("specimen.kind", scene.kind, own.kind)
         for key, was, now in _pairs(own, scene):
@@ -149,8 +154,7 @@ def _needed(scene: Scene) -> tuple[str, ...]:
 
 def _names(scene: Scene, key: str) -> bool:
     """Whether a scene gives a key."""
-    table, name = key.split(".")
-    return name in scene.data.get(table, {})
+    return scene.given(key) is not None
 
 
 def _pairs(own: Scene, other: Scene) -> list[tuple[str, Any, Any]]:

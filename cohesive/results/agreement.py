@@ -9,11 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..scenes.measured import Measured, Reference
-from ..scenes.units import FORCES, LENGTHS
-
-#: a curve is asked about if another unit brings it within this factor of the computed one
-_CLOSE = 5.0
+from ..measured.curve import Measured, Reference, area_under, outside
 
 
 @dataclass(frozen=True)
@@ -56,14 +52,12 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
         return None
     at = np.union1d(x, measured.x)
     at = np.r_[start, at[(at > start) & (at < end)], end]
-    load, low, high, middle = (
-        np.asarray(np.interp(at, of, values))
-        for of, values in ((x, y), (measured.x, measured.low), (measured.x, measured.high), (measured.x, measured.y))
-    )
-    gap = np.asarray(np.maximum(load - high, 0.0) + np.minimum(load - low, 0.0))
+    load = np.asarray(np.interp(at, x, y))
+    low, high, middle = (np.asarray(np.interp(at, measured.x, values)) for values in (*measured.bounds, measured.y))
+    gap = outside(load, low, high)
     largest = max(float(abs(measured.y).max()), 1e-300)
-    area, wanted = _integral(load, at), _integral(middle, at)
-    found = Agreement(
+    area, wanted = area_under(load, at), area_under(middle, at)
+    judged = Agreement(
         measured.name,
         float(start),
         float(end),
@@ -71,30 +65,25 @@ def agreement(measured: Measured, x: Array, y: Array) -> Agreement | None:
         area / wanted - 1.0 if wanted else 0.0,
         float(y.max() / measured.y.max()) - 1.0 if measured.y.max() else 0.0,
     )
-    return _in_band(found, measured, x, y) if measured.is_band else found
+    return _in_band(judged, measured, x, y) if measured.is_band else judged
 
 
-def _in_band(found: Agreement, measured: Measured, x: Array, y: Array) -> Agreement:
+def _in_band(judged: Agreement, measured: Measured, x: Array, y: Array) -> Agreement:
     """The agreement with the points of a band that the run meets, and those that it does not."""
-    met = (measured.x >= found.start) & (measured.x <= found.end * (1.0 + 1e-9))
-    at, low, high = measured.x[met], measured.low[met], measured.high[met]
+    met = (measured.x >= judged.start) & (measured.x <= judged.end * (1.0 + 1e-9))
+    at, (low, high) = measured.x[met], (bound[met] for bound in measured.bounds)
     load = np.interp(at, x, y)
     bound = np.where(load < low, low, high)
     away = (load - bound) / np.maximum(abs(bound), 1e-300)
     is_inside = (low <= load) & (load <= high)
     outside = tuple(zip(*(v[~is_inside].tolist() for v in (at, load, away)), strict=True))
-    facts = {name: getattr(found, name) for name in ("name", "start", "end", "rms", "area", "peak")}
+    facts = {name: getattr(judged, name) for name in ("name", "start", "end", "rms", "area", "peak")}
     return Agreement(**facts, inside=int(is_inside.sum()), points=len(at), outside=outside)
 
 
 def _root_mean_square(height: Array, along: Array) -> float:
     """Root of the mean square of a polyline's points over their x."""
-    return float(np.sqrt(_integral(np.square(height), along) / (along[-1] - along[0])))
-
-
-def _integral(height: Array, along: Array) -> float:
-    """Area under a polyline."""
-    return float(0.5 * (height[1:] + height[:-1]) @ np.diff(along))
+    return float(np.sqrt(area_under(np.square(height), along) / (along[-1] - along[0])))
 
 
 def agreements(reference: Reference | None, history: Mapping[str, Array]) -> list[Agreement]:
@@ -104,31 +93,7 @@ def agreements(reference: Reference | None, history: Mapping[str, Array]) -> lis
     computed = reference.computed(history)
     mean = reference.mean()
     curves = [*reference.curves, *([] if mean is None else [mean[0]])]
-    return [found for each in curves if (found := agreement(each, *computed)) is not None]
-
-
-def question(measured: Measured, x: Array, y: Array) -> str:
-    """One sentence with the key that mends it, if a curve that names no unit is about a thousand times off a computed one,
-    or if its loads have the other sign; empty if neither."""
-    if not len(y) or not (y.any() and measured.y.any()):
-        return ""
-    own, ours = (int(abs(load).argmax()) for load in (measured.y, y))
-    pairs = (
-        ("largest load", "y", measured.y_unit, "N", ("kN", "mN", "MN"), FORCES, measured.y[own], y[ours]),
-        ("motion at the largest load", "x", measured.x_unit, "mm", ("um", "m"), LENGTHS, measured.x[own], x[ours]),
-    )
-    for what, key, said, unit, others, factors, value, wanted in pairs:
-        ratio = abs(wanted / value) if value else 0.0
-        for other in () if said else others:
-            if factors[other] / _CLOSE < ratio < factors[other] * _CLOSE:
-                return (
-                    f"its {what} is {value:.4g}, that of the run {wanted:.4g} {unit}, and no unit is named: if it is in "
-                    f"{other}, say reference.{key}_unit = '{other}'"
-                )
-    if measured.y[own] * y[ours] < 0:
-        turned = f"-{measured.y_unit or 'N'}".removeprefix("--")
-        return f"its loads have the other sign than those of the run: reference.y_unit = '{turned}' turns them"
-    return ""
+    return [judged for each in curves if (judged := agreement(each, *computed)) is not None]
 
 
 def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -> list[str]:
@@ -136,17 +101,12 @@ def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -
     if reference is None:
         return []
     computed = reference.computed(history)
-    lines, doubts = [], False
+    lines = reference.notes
     for each in reference.curves:
-        name = f"{reference.label} ({each.name})" if len(reference.curves) > 1 else reference.label
-        lines += [f"{name}: {note}" for note in each.notes]
-        if doubt := question(each, *computed):
-            lines.append(f"{name}: {doubt}")
-            doubts = True
-        else:
-            lines += _lines(name, each, agreement(each, *computed), reference.against)
+        if not each.doubt:
+            lines += _lines(reference.name_of(each), each, agreement(each, *computed), reference.against)
     mean = reference.mean()
-    if mean is not None and not doubts:
+    if mean is not None and not any(each.doubt for each in reference.curves):
         curve, spread = mean
         peaks = np.array([each.y.max() for each in reference.curves])
         lines += _lines(f"{reference.label}, {curve.name}", curve, agreement(curve, *computed), reference.against)
@@ -157,17 +117,17 @@ def agreement_lines(reference: Reference | None, history: Mapping[str, Array]) -
     return lines
 
 
-def _lines(name: str, measured: Measured, found: Agreement | None, against: str) -> list[str]:
-    if found is None:
+def _lines(name: str, measured: Measured, judged: Agreement | None, against: str) -> list[str]:
+    if judged is None:
         return [f"{name}: it and the run have no {against} in common, it begins at {measured.x[0]:.4g} mm"]
     if measured.is_band:
-        return [f"{name}: {found.inside} of {found.points} points inside the band"] + [
+        return [f"{name}: {judged.inside} of {judged.points} points inside the band"] + [
             f"  outside at {x:g} mm: {y:.4g} N, {100 * abs(away):.1f} % {'below' if away < 0 else 'above'} the band"
-            for x, y, away in found.outside
+            for x, y, away in judged.outside
         ]
     return [
-        f"{name}: rms {100 * found.rms:.1f} % of its peak, area {_signed(found.area)}, peak {_signed(found.peak)}, "
-        f"over {against} from {found.start:.3g} to {found.end:.3g} mm"
+        f"{name}: rms {100 * judged.rms:.1f} % of its peak, area {_signed(judged.area)}, peak {_signed(judged.peak)}, "
+        f"over {against} from {judged.start:.3g} to {judged.end:.3g} mm"
     ]
 
 
@@ -181,10 +141,9 @@ def agreement_facts(reference: Reference | None, history: Mapping[str, Array]) -
     """What run.json says of the measured curves."""
     if reference is None:
         return None
-    computed = reference.computed(history)
     return {
         "against": reference.against,
         "curves": [asdict(each) for each in agreements(reference, history)],
         "notes": [f"{each.name}: {note}" for each in reference.curves for note in each.notes],
-        "questions": [f"{each.name}: {doubt}" for each in reference.curves if (doubt := question(each, *computed))],
+        "questions": [f"{each.name}: {each.doubt}" for each in reference.curves if each.doubt],
     }

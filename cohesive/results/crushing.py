@@ -11,6 +11,7 @@ from meshing.paths import as_text
 from ..arrays import Array, Index, Mask
 from ..elements.rotations import major_stress
 from ..model.boundary import nodes_at
+from .run_data import spread
 
 if TYPE_CHECKING:
     from .run_data import RunData
@@ -29,12 +30,13 @@ _ROWS = 5
 def crushing(data: RunData) -> str:
     """A warning if the bulk is compressed beyond its strength outside of loads and supports, empty if not: principal stress,
     place, multiple and step. Some rows are looked at, not all."""
-    m, model = data.scene.material, data.model
+    m, fields = data.scene.material, data.fields
     fc = _FC_OVER_FT * m.ft if m.fc is None else m.fc
-    blocks = [*model.bulk, *model.band]
-    regions = np.concatenate([*model.mesh.regions, *(np.zeros(len(block.cells), dtype=np.int64) for block in model.band)])
+    blocks = [*fields.bulk, *fields.band]
+    regions = np.concatenate([*fields.mesh.regions, *(np.zeros(len(block.cells), dtype=np.int64) for block in fields.band)])
     worst, beside = (0.0, 0, 0), None
-    rows = _rows(data)
+    rows = looked_at(data.history["load"], data.history["stress_n"])
+    rows = sorted({*fields.nearest(rows)})
     crushed = np.zeros(len(regions), dtype=bool)
     for row in rows:
         pressed = np.concatenate([major_stress(-stress) for stress in data.frame(row).stress])
@@ -61,26 +63,26 @@ def crushing(data: RunData) -> str:
     )
 
 
-def _rows(data: RunData) -> list[int]:
-    """The rows that are looked at."""
-    spread = np.linspace(0, len(data.states) - 1, _ROWS + 1).round().astype(int)[1:].tolist()
-    return sorted({*spread, data.peak_row, int(data.history["stress_n"].argmin())})
+def looked_at(load: Array, stress: Array) -> list[int]:
+    """The rows that are looked at, from the load and the mean normal traction in all rows, (rows,) each."""
+    peak = 1 + int(load[1:].argmax()) if len(load) > 1 else 0
+    return sorted({*spread(len(load) - 1, _ROWS), peak, int(stress.argmin())})
 
 
 def _centres(data: RunData) -> Array:
     """Of all elements, (n, d), mm."""
-    return np.concatenate([b.points[b.cells].mean(axis=1) for b in (*data.model.bulk, *data.model.band)])
+    return np.concatenate([b.points[b.cells].mean(axis=1) for b in (*data.fields.bulk, *data.fields.band)])
 
 
 def _loaded(data: RunData) -> tuple[Index, Array]:
     """Nodes where forces act, and how far from each the stress does not count, mm."""
-    mesh, specimen, half = data.model.mesh, data.scene.specimen, data.scene.model.half
+    mesh, specimen, half = data.fields.mesh, data.scene.specimen, data.scene.model.half
     drives = specimen.drives(half=half).values()
     at = [each.at for each in specimen.held(half=half)] + [each.at for each in drives]
     at += [each.against for each in drives if each.against is not None]
     nodes = np.unique(np.concatenate([nodes_at(mesh, "supports.at", each) for each in at]))
     size = np.zeros(len(mesh.points))
-    for block in (*data.model.bulk, *data.model.band):
+    for block in (*data.fields.bulk, *data.fields.band):
         extent = np.linalg.norm(np.ptp(block.points[block.cells], axis=1), axis=1)
         np.maximum.at(size, block.cells, np.broadcast_to(extent[:, None], block.cells.shape))
     least = _PART_BESIDE * float(np.ptp(mesh.points, axis=0).min())
@@ -90,7 +92,7 @@ def _loaded(data: RunData) -> tuple[Index, Array]:
 def _is_beside(data: RunData, elements: Index, loaded: tuple[Index, Array]) -> Mask:
     """Which elements are beside loads and supports."""
     nodes, radius = loaded
-    centres, points = _centres(data)[elements], data.model.mesh.points
+    centres, points = _centres(data)[elements], data.fields.mesh.points
     found = np.zeros(len(elements), dtype=bool)
     for node, reach in zip(nodes.tolist(), radius.tolist(), strict=True):
         found |= np.linalg.norm(centres - points[node], axis=1) < reach

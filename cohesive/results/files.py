@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from functools import partial
 from importlib import metadata
-from io import FileIO
+from io import FileIO, StringIO
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 PICTURES = ("mesh.png", "curve.png", "deformed.png")
 
 #: all files of a run but its frames, its inputs and its checkpoint
-FILES = (*PICTURES, "path.png", "path.csv", "history.csv", "frames.pvd", "run.json", "scene.toml")
+FILES = (*PICTURES, "path.png", "path.csv", "history.csv", "fields.npz", "frames.pvd", "run.json", "scene.toml")
 
 
 class HistoryWriter:
@@ -77,8 +79,8 @@ class HistoryWriter:
 
 
 def format_value(value: float) -> str:
-    """A value of the history: whole numbers as they are, others with 12 digits."""
-    return str(value) if isinstance(value, int) else f"{value:.12g}"
+    """A value of the history with as many digits as tell it from all others."""
+    return repr(value)
 
 
 def make_folder(folder: Path) -> None:
@@ -120,12 +122,21 @@ def write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
+def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]], comment: str = "") -> None:
+    """Write a CSV table with a heading, whole; a comment is a line before it."""
+    text = StringIO()
+    if comment:
+        text.write(f"# {comment}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows(rows)
+    write_file(path, lambda temporary: write_text(temporary, text.getvalue()))
+
+
 def write_history(data: RunData, folder: Path) -> None:
     """history.csv, whole."""
     rows = zip(*(values.tolist() for values in data.history.values()), strict=True)
-    lines = [tuple(data.history), *(tuple(map(format_value, row)) for row in rows)]
-    text = "".join(",".join(line) + "\n" for line in lines)
-    write_file(folder / "history.csv", lambda path: write_text(path, text))
+    write_table(folder / "history.csv", data.history, (map(format_value, row) for row in rows))
 
 
 def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
@@ -177,7 +188,7 @@ def write_frames(data: RunData, folder: Path) -> None:
     for row in data.frame_rows():
         frame = data.frame(row)
         name = f"frame_{frame.step:0{digits}d}.vtu"
-        mesh = frame_mesh(data.model, frame, data.scene.model.plane == "strain")
+        mesh = frame_mesh(data.fields, frame, data.scene.model.plane == "strain")
         write_file(folder / name, partial(write_frame, mesh=mesh))
         time = max(float(data.way[row]), time + 1e-9 * max(float(data.way[-1]), 1e-300))
         collection.append(f'    <DataSet timestep="{time:.12g}" part="0" file="{name}"/>')
@@ -205,17 +216,9 @@ def _facts(data: RunData) -> dict[str, Any]:
         "curve": curve_measures(data),
         "energies": energies(data),
         "full_energy": data.full_energy,
-        "crack_area": data.model.cracks.area,
-        "added_compliance": data.added_compliance() if data.steps else None,
-        "has_platen": data.drives_both_ways,
-        "way": data.way.tolist() if data.drives_both_ways else None,
-        "energy_error": data.energy_error,
+                "energy_error": data.energy_error,
         "model": data.scene.model.kind,
-        "width": data.model.cracks.width,
-        "condensation": data.model.condensation.kind,
-        "library": data.model.library,
-        "total_dofs": data.total_dofs,
-        "active_dofs": data.active_dofs,
+        **asdict(data.facts),
         "steps": data.steps,
         "iterations": data.iterations,
         "timings": data.timings,

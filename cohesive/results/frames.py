@@ -1,10 +1,8 @@
-"""The fields of one step: recovered from the unknowns, and as a mesh that ParaView reads."""
+"""The fields of one step as a mesh that ParaView reads."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
 import meshio
@@ -12,48 +10,15 @@ import numpy as np
 
 from ..arrays import Array
 from ..elements.rotations import PAIRS, major_stress
-
-if TYPE_CHECKING:
-    from ..model.model import Model
-    from ..solver.problem import State
+from .fields import Fields, Frame
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Fields of one step.
-
-    Attributes
-    ----------
-    step : its number in the history
-    row : of the history, by name
-    displacement : (m, d), mm
-    stress : for each elastic block, then for each block of a band, the mean stress of its cells, (n, k), MPa; components
-        in the order of `elements.rotations.PAIRS`
-    cracks : by name, one value for each crack cell or cell of the band: opening, sliding (mm), damage, traction_n,
-        traction_s (MPa), planes. In a band the crack plane that is open widest counts; its opening and sliding are
-        l_ch times the fracture strain, and strain_max is the major principal strain.
-    """
-
-    step: int
-    row: dict[str, float]
-    displacement: Array
-    stress: list[Array]
-    cracks: dict[str, Array]
-
-
-def frame_of(model: Model, state: State, displacement: Array, row: dict[str, float]) -> Frame:
-    """The fields of a state, from its row of the history and the displacements (m, d) of all nodes in it, mm."""
-    stress = [block.stress(displacement) for block in model.bulk]
-    stress += model.cracks.cell_stresses(state, [len(block.cells) for block in model.band])
-    return Frame(int(row["step"]), row, displacement, stress, model.cracks.cell_values(state))
-
-
-def frame_mesh(model: Model, frame: Frame, is_plane_strain: bool = False) -> meshio.Mesh:
+def frame_mesh(fields: Fields, frame: Frame, is_plane_strain: bool = False) -> meshio.Mesh:
     """Bulk and crack cells with the fields of a frame, in three dimensions; warp by `displacement` to see the crack open.
 
     `stress` is a tensor of nine components, row by row; across a plane body it is that of plane strain, or 0. The row of the
     history is field data."""
-    mesh, n = model.mesh.whole, sum(len(block.cells) for block in model.bulk)
+    mesh, n = fields.mesh.whole, sum(len(block.cells) for block in fields.bulk)
     m, d = mesh.points.shape
     points, displacement = (np.column_stack([x, np.zeros((m, 3 - d))]) for x in (mesh.points, frame.displacement))
     total = sum(len(block.data) for block in mesh.cells)
@@ -66,7 +31,7 @@ def frame_mesh(model: Model, frame: Frame, is_plane_strain: bool = False) -> mes
     for k, (i, j) in enumerate(PAIRS[d]):
         flat["stress"][:, [3 * i + j, 3 * j + i]] = stress[:, [k]]
     if is_plane_strain and d == 2:
-        nu = np.concatenate([np.full(len(block.cells), _nu(block.D)) for block in (*model.bulk, *model.band)])
+        nu = np.concatenate([np.full(len(block.cells), _nu(block.D)) for block in (*fields.bulk, *fields.band)])
         flat["stress"][: len(nu), 8] = nu * stress[: len(nu), :2].sum(axis=1)
     flat["stress_max"] = major_stress(stress)
     ends = np.cumsum([len(block.data) for block in mesh.cells])[:-1]

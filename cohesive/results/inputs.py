@@ -6,7 +6,6 @@ and nothing else that stands there.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -35,7 +34,7 @@ def copy_inputs(scene: Scene, folder: Path, contents: Sequence[bytes] = ()) -> d
     SceneError
         If a file cannot be read or written.
     """
-    data = copy.deepcopy(scene.data)
+    data = scene.data
     named: list[tuple[str, Path, bytes | None]] = []
     for table in ("specimen", "reference"):
         names = data.get(table, {}).get("file")

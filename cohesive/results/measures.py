@@ -1,4 +1,4 @@
-"""Numbers of a run's curve and its energies, for run.json and notebooks."""
+"""Numbers of a run's curve and its energies, for its summary, run.json and notebooks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,22 @@ from ..arrays import Array
 if TYPE_CHECKING:
     from .run_data import RunData
 
+#: what the columns `opening` and `sliding` are called beside a gauge in charge, if no gauge measures them
+_JUMPS = {"opening": "mean jump", "sliding": "mean sliding"}
+
 _ENERGIES = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
+
+
+def label_of(data: RunData, column: str) -> str:
+    """What a column is called in words: its name, but for the mean jump if another measure of the opening is in charge."""
+    is_beside = not data.gauge_is_elastic and data.controlled in data.scene.specimen.gauges()
+    return (_JUMPS.get(column, column) if is_beside else column).replace("_", " ")
+
+
+def peak_text(data: RunData, measure: str | None = None) -> str:
+    """The peak in words, its place on a column of the history, mm; default: the measure in charge."""
+    measure = measure or data.controlled
+    return f"{data.peak_load:.5g} N at {measure} {data.history[measure][data.peak_row]:.4g} mm"
 
 
 def energies(data: RunData) -> dict[str, float]:

@@ -1,90 +1,103 @@
-"""What a run leaves behind: its history, its states, and the numbers that follow from them."""
+"""What a run leaves behind: its history, its fields, and the numbers that follow from them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from meshing.paths import along_paths
 
 from ..arrays import Array
+from ..solver.columns import Column, columns_of
 from .agreement import Agreement, agreements
-from .frames import Frame, frame_of
-from .pickling import without_factors
 
 if TYPE_CHECKING:
     from ..growth.found import FoundPath
-    from ..model.model import Model
-    from ..scenes.measured import Reference
+    from ..measured.curve import Reference
     from ..scenes.scene import Scene
-    from ..solver.problem import Problem, State
-    from .record import Record
+    from .fields import Fields, Frame
+    from .model_facts import ModelFacts
 
 
+@dataclass(frozen=True)
+class Peak:
+    """The largest load of a run, and where it comes.
+
+    Attributes
+    ----------
+    load : N
+    at : mm, of the measure in charge
+    measure : its column of the history, as "cmod" or "driven"
+    """
+
+    load: float
+    at: float
+    measure: str
+
+
+@dataclass(eq=False)
 class RunData:
-    """The data of a run.
-
-    In a pickle displacements stand in place of the stiffness and its factors.
+    """The data of a run: the same when it is fresh, when it comes from a pickle, and when it was loaded from its folder.
 
     Attributes
     ----------
     scene : Scene
-    model : Model, with mesh and integration points
     history : dict of 1-D arrays; row 0 is the state before the first step, then one row for each converged step
-    states : States, by row; a run of many rows keeps some of them only
     way : (rows,) array, length of the way that the drives have gone, mm
     notes : list of remarks on how the stages ended
+    timings : seconds: mesh, assemble, condense, newton and, after `save`, output
+    facts : ModelFacts
+    kept : Fields; None of a folder that was written before fields were saved, see `fields`
     reference : Reference or None
     found : FoundPath, if the crack path was looked for
-    timings : seconds: mesh, assemble, condense, newton and, after `save`, output
-    told : the summary, in a result that was loaded from its folder
-    warned : what a reader should be wary of, once it was asked for
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        model: Model,
-        record: Record,
-        notes: list[str],
-        reference: Reference | None,
-        found: FoundPath | None = None,
-    ) -> None:
-        self.scene, self.model, self.notes, self.reference = scene, model, notes, reference
-        own = record.history
-        self.history: dict[str, Array] = {column.name: own.get(column.name, np.zeros(0)) for column in model.columns}
-        self.timings = model.timings | {"output": 0.0}
-        self.states, self.found = record.states, found
-        self.way = record.way
-        self._displacements: dict[int, Array] | None = None  # of all rows with a state, in a result from a pickle
-        self._added_compliance: float | None = None
-        self._initial_stiffness: dict[str, float | None] = {}  # by what was asked for
-        self.told: str | None = None
-        self.warned: list[str] | None = None
+    scene: Scene
+    history: dict[str, Array]
+    way: Array
+    notes: list[str]
+    timings: dict[str, float]
+    facts: ModelFacts
+    kept: Fields | None
+    reference: Reference | None
+    found: FoundPath | None
 
-    def __getstate__(self) -> dict[str, Any]:
-        if self._displacements is None and len(self.states):
-            self.initial_stiffness(self.controlled)
-        kept = self.__dict__.copy()
-        if self._displacements is None:
-            kept["_displacements"] = {row: self.displacement(row) for row in self.states.kept.tolist()}
-            kept["_added_compliance"] = self.added_compliance() if len(self.states) else None
-            kept["model"] = without_factors(self.model)
-        return kept
+    @property
+    def fields(self) -> Fields:
+        """The mesh and its fields.
+
+        Raises
+        ------
+        LookupError
+            If the folder that the result was loaded from has none.
+        """
+        if self.kept is None:
+            raise LookupError(
+                "the folder of this result has no fields.npz with the mesh and its fields; expected one that this version "
+                "wrote: run its scene again"
+            )
+        return self.kept
+
+    @property
+    def is_smeared(self) -> bool:
+        """Whether cracks are smeared over elements."""
+        return self.scene.model.kind == "smeared"
 
     @property
     def controlled(self) -> str:
-        """Name of the column over which the load is drawn: what was measured, else the last gauge that a stage controls, else
-        the opening."""
-        if self.reference is not None:
+        """Name of the measure in charge, the column over which the load is drawn: what was measured, else the last one in mm
+        that a stage controls, else that of the main gauge, or of one over the mouth of the notch, or the mean jump."""
+        if self.reference is not None and self.reference.against in self.history:
             return self.reference.against
-        names = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
-        return names[-1] if names else "opening"
+        controls = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
+        gauge = "cmod" if "cmod" in self.history and not self.gauge_is_elastic else "opening"
+        return controls[-1] if controls else gauge
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""
-        return next((each.unit for each in self.model.columns if each.name == column), "")
+        return next((each.unit for each in run_columns(self.scene) if each.name == column), "")
 
     @property
     def steps(self) -> int:
@@ -112,8 +125,14 @@ class RunData:
         return float(self.history["load"][self.peak_row]) if self.steps else 0.0
 
     @property
+    def peak(self) -> Peak:
+        """The largest load (N), and where it comes (mm) on the measure in charge; zeros if there is no step."""
+        at = float(self.history[self.controlled][self.peak_row]) if self.steps else 0.0
+        return Peak(self.peak_load, at, self.controlled)
+
+    @property
     def opening_at_peak(self) -> float:
-        """Opening at the largest load, mm."""
+        """Column `opening` at the largest load, mm: that of the main gauge, or without one the mean jump over the crack."""
         return float(self.history["opening"][self.peak_row]) if self.steps else 0.0
 
     @property
@@ -125,10 +144,10 @@ class RunData:
     def full_energy(self) -> float | None:
         """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch.
         None if the area is not known, as for a crack anywhere in a mesh of the user's."""
-        material, cracks = self.scene.material, self.model.cracks
-        if cracks.area is None:
+        material, area = self.scene.material, self.facts.crack_area
+        if area is None:
             return None
-        return (material.Gf + material.ft**2 * cracks.width / (2 * material.E)) * cracks.area
+        return (material.Gf + material.ft**2 * self.facts.width / (2 * material.E)) * area
 
     @property
     def energy_error(self) -> float:
@@ -157,28 +176,22 @@ class RunData:
     @property
     def active_dofs(self) -> int:
         """Unknowns that Newton's method works on."""
-        return self.model.active_dofs
+        return self.facts.active_dofs
 
     @property
     def total_dofs(self) -> int:
         """Unknowns of the whole body."""
-        return self.model.total_dofs
+        return self.facts.total_dofs
 
     @property
-    def problem(self) -> Problem:
-        """The equations that were solved."""
-        return self.model.problem
+    def width(self) -> float:
+        """Width of the crack plane, or of a band along the path, mm."""
+        return self.facts.width
 
     @property
     def drives_both_ways(self) -> bool:
         """Whether a platen moves along two directions, so that the load is not always that of the opening."""
-        return self.model.has_platen
-
-    @property
-    def last(self) -> State:
-        """The state at the last row."""
-        state: State = self.states[-1]
-        return state
+        return self.facts.has_platen
 
     @property
     def gauge_is_elastic(self) -> bool:
@@ -192,58 +205,48 @@ class RunData:
         ----------
         motion : name of a gauge, or "driven"
         """
-        if motion not in self._initial_stiffness:
-            problem = self.problem
-            row = problem.drive if motion == "driven" else problem.measures.get(motion)
-            moved = 0.0 if row is None else float(row @ problem.response(problem.point_law.elastic()))
-            self._initial_stiffness[motion] = 1.0 / moved if moved else None
-        return self._initial_stiffness[motion]
+        return self.facts.initial_stiffness.get(motion)
 
     def added_compliance(self) -> float:
-        """What the interface's width adds to the elastic compliance of opening under load, as a part of it.
-
-        With the mean jump as gauge, which has no elastic part, the driven motion stands for the opening. A band
-        adds none: its elements are part of the body.
-        """
-        if self.model.is_smeared:
-            return 0.0
-        if self._added_compliance is None:
-            problem = self.problem
-            # 1e6 times stiffer: a crack plane without width
-            with_width, without = (problem.response(factor * problem.point_law.elastic()) for factor in (1.0, 1e6))
-            row = problem.measures["opening"] if self.gauge_is_elastic else problem.drive
-            self._added_compliance = float(row @ with_width) / float(row @ without) - 1.0
-        return self._added_compliance
+        """What the interface's width adds to the elastic compliance of opening under load, see `ModelFacts`."""
+        return self.facts.added_compliance
 
     def displacement(self, row: int) -> Array:
-        """Displacements of all nodes in a row of the history, (m, d), mm."""
-        if self._displacements is not None:
-            return self._displacements[row + len(self.states) if row < 0 else row]
-        return self.model.condensation.recover(self.states[row].v)
+        """Displacements of all nodes in a row of the history, (m, d), mm; LookupError if they were not kept."""
+        return self.frame(row).displacement
 
     def row(self, row: int) -> dict[str, float]:
         """One row of the history (-1 is the last one)."""
         return {name: values[row].item() for name, values in self.history.items()}
 
     def frame(self, row: int) -> Frame:
-        """Fields of a row of the history (0 is the state before the first step, -1 the last one)."""
-        return frame_of(self.model, self.states[row], self.displacement(row), self.row(row))
+        """Fields of a row of the history (0 is the state before the first step, -1 the last one).
+
+        Raises
+        ------
+        LookupError
+            If the run has no such row, or its fields were not kept: see `frame_rows`.
+        """
+        return self.fields.frame(self._counted(row), self.row(row))
 
     def frame_rows(self) -> list[int]:
         """Rows that are written as frames: evenly spread, the peak and the last one."""
         last, wanted = self.steps, self.scene.output.frames
         if not last or not wanted:
             return []
-        spread = np.linspace(0, last, min(wanted, last) + 1).round().astype(int)[1:].tolist()
-        return sorted({*map(self.states.nearest, spread), self.peak_row})
+        return sorted({*self.fields.nearest(spread(last, min(wanted, last))), self.peak_row})
+
+    def crack(self, row: int) -> dict[str, Array]:
+        """The values at the points with cracks in a row of the history, by name, (p,) each: see `Frame`, whose are means over
+        cells. They are at `fields.where`; LookupError if they were not kept."""
+        return self.fields.at_points(self._counted(row))
 
     def opening_profile(self, row: int) -> tuple[Array, Array]:
         """Positions (p, d) and openings (p,) of the points with cracks in a row of the history, mm, in the order of
         `profile_distance`. In a band the opening is l_ch times the fracture strain."""
-        state = self.states[row]
-        values = self.model.cracks.point_values(state)
+        opening = self.crack(row)["opening"]
         order = np.argsort(self._distance(), kind="stable")
-        return self.model.cracks.where[order], values["opening"][order]
+        return self.fields.where[order], opening[order]
 
     def profile_distance(self) -> Array:
         """Distance along the crack path of the points of `opening_profile`, (p,), mm, ascending; without a path, along the
@@ -252,5 +255,24 @@ class RunData:
 
     def _distance(self) -> Array:
         """Distance along the crack path of each point with a crack, (p,), mm."""
-        where, lines = self.model.cracks.where, self.scene.specimen.paths
+        where, lines = self.fields.where, self.scene.specimen.paths
         return along_paths(where[:, :2] if lines else where, lines)
+
+    def _counted(self, row: int) -> int:
+        """The number of a row from the first one on."""
+        rows = len(self.history["step"])
+        if not -rows <= row < rows:
+            raise IndexError(f"row {row}: the run has {rows} rows, the first is 0")
+        return row % rows
+
+
+def spread(last: int, count: int) -> list[int]:
+    """So many rows, evenly spread, of which the last is one and the first is not."""
+    rows: list[int] = np.linspace(0, last, count + 1).round().astype(int)[1:].tolist()
+    return rows
+
+
+def run_columns(scene: Scene) -> tuple[Column, ...]:
+    """The columns of the history of a scene's runs."""
+    specimen = scene.specimen
+    return columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces()))

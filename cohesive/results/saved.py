@@ -1,132 +1,88 @@
-"""What the folder of a run tells of it: read back without meshing or solving anything."""
+"""The folder of a run: what is read back from it, and the file of its fields."""
 
 from __future__ import annotations
 
 import csv
 import json
+import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import fields
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array
 from ..errors import SceneError
+from ..growth.found import FoundPath, Vertex
+from ..scenes.reference import load_reference
 from ..scenes.scene import Scene
-from ..solver.columns import Column, columns_of
+from .archive import put_together, taken_apart
+from .fields import Fields, Planes
+from .files import write_file
+from .model_facts import ModelFacts
+from .run_data import RunData, run_columns
 
-_NOT_THERE = (
-    "a result that was loaded from its folder has no mesh, states and equations; expected its frames to be opened in "
-    "ParaView, or its scene to be run again"
-)
-
-
-class SavedStates(Sequence[Any]):
-    """Stands in place of the states."""
-
-    def __init__(self, rows: int) -> None:
-        self._rows = rows
-
-    @property
-    def kept(self) -> Index:
-        """The rows whose states there are: none."""
-        return np.zeros(0, dtype=int)
-
-    def nearest(self, row: int) -> int:
-        """The row with a state that is nearest to a row."""
-        raise LookupError(_NOT_THERE)
-
-    def __getitem__(self, row: Any) -> Any:
-        raise LookupError(_NOT_THERE)
-
-    def __len__(self) -> int:
-        return self._rows
+#: file with the mesh, the fields, the way of the drives and a found path: arrays, and one entry with the structure as JSON
+FIELDS, _STRUCTURE = "fields.npz", "structure"
 
 
-@dataclass(frozen=True)
-class SavedModel:
-    """Stands in place of the model.
+def write_fields(data: RunData, folder: Path) -> None:
+    """fields.npz, without which the fields of a result are not known any more."""
+    held = {"way": data.way, "found": data.found, "fields": None if data.kept is None else data.kept.as_data()}
+    text, arrays = taken_apart(held)
 
-    Attributes
-    ----------
-    columns : of the history
-    is_smeared, has_platen : as those of a Model
-    active_dofs, total_dofs, library : as those of a Model
-    timings : seconds
-    cracks : with area and width
+    def write(path: Path) -> None:
+        everything: dict[str, Any] = {_STRUCTURE: np.array(text), **arrays}
+        np.savez(path, **everything)
+
+    write_file(folder / FIELDS, write)
+
+
+def read_folder(folder: Path) -> dict[str, Any]:
+    """What the folder of a run holds: the arguments of its result.
+
+    Raises
+    ------
+    SceneError
+        If a file is missing or broken, or the scene cannot be made again.
     """
-
-    columns: tuple[Column, ...]
-    is_smeared: bool
-    has_platen: bool
-    active_dofs: int
-    total_dofs: int
-    library: str
-    timings: dict[str, float]
-    cracks: SimpleNamespace
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"{name}: {_NOT_THERE}")
-
-
-@dataclass(frozen=True)
-class Saved:
-    """The files of a run.
-
-    Attributes
-    ----------
-    scene : Scene
-    facts : of run.json
-    history : columns of history.csv
-    model : SavedModel
-    """
-
-    scene: Scene
-    facts: dict[str, Any]
-    history: dict[str, Array]
-    model: SavedModel
-
-    @classmethod
-    def read(cls, folder: Path) -> Saved:
-        """Read a folder.
-
-        Raises
-        ------
-        SceneError
-            If a file is missing or broken, or the scene cannot be made again.
-        """
-        for name in ("history.csv", "run.json", "scene.toml"):
-            if not (folder / name).is_file():
-                raise SceneError(f"'{folder}': there is no {name}; expected the folder of a run that was saved")
-        try:
-            scene = Scene.load(folder / "scene.toml")
-        except SceneError as error:
-            raise SceneError(f"'{folder / 'scene.toml'}': {error}", error.key) from None
-        try:
-            facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-            with open(folder / "history.csv", encoding="utf-8", newline="") as file:
-                names, *rows = csv.reader(file)
-            columns = _columns(scene)
-            units = {column.name: column.unit for column in columns}
-            history = {
-                name: _values(text, units.get(name, "")) for name, text in zip(names, zip(*rows, strict=True), strict=True)
-            }
-            history = history or {name: np.zeros(0) for name in names}
-            model = SavedModel(
-                columns, facts["model"] == "smeared", facts["has_platen"], facts["active_dofs"], facts["total_dofs"],
-                facts["library"], facts["timings"], SimpleNamespace(area=facts["crack_area"], width=facts["width"]),
-            )  # fmt: skip
-            return cls(scene, facts, history, model)
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            what = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
-            raise SceneError(f"'{folder}': its files cannot be read: {what}; expected those of a run that was saved") from None
+    for name in ("history.csv", "run.json", "scene.toml"):
+        if not (folder / name).is_file():
+            raise SceneError(f"'{folder}': there is no {name}; expected the folder of a run that was saved")
+    try:
+        scene = Scene.load(folder / "scene.toml")
+    except SceneError as error:
+        raise SceneError(f"'{folder / 'scene.toml'}': {error}", error.key) from None
+    try:
+        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        found = {
+            "scene": scene,
+            "history": _history(scene, folder),
+            "way": np.array(facts.get("way") or []),
+            "notes": facts["notes"],
+            "timings": facts["timings"],
+            "facts": _facts(facts),
+            "kept": None,
+            "found": None,
+        }
+        if (folder / FIELDS).is_file():
+            found |= _fields(scene, folder)
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        what = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
+        raise SceneError(f"'{folder}': its files cannot be read: {what}; expected those of a run that was saved") from None
+    return found | {"reference": load_reference(scene)}
 
 
-def _columns(scene: Scene) -> tuple[Column, ...]:
-    specimen = scene.specimen
-    return columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces()))
+def _history(scene: Scene, folder: Path) -> dict[str, Array]:
+    with open(folder / "history.csv", encoding="utf-8", newline="") as file:
+        names, *rows = csv.reader(file)
+    units = {column.name: column.unit for column in run_columns(scene)}
+    if unknown := [name for name in names if name not in units]:
+        raise ValueError(f"history.csv has a column {unknown[0]!r}, which no run of the scene has")
+    if not rows:
+        return {name: np.zeros(0) for name in names}
+    return {name: _values(text, units[name]) for name, text in zip(names, zip(*rows, strict=True), strict=True)}
 
 
 def _values(text: Sequence[str], unit: str) -> Array:
@@ -134,3 +90,27 @@ def _values(text: Sequence[str], unit: str) -> Array:
     if not unit and all(value.isdigit() for value in text):
         return np.array([int(value) for value in text])
     return np.array([float(value) for value in text])
+
+
+def _facts(facts: dict[str, Any]) -> ModelFacts:
+    """Of run.json; that of an older version knows of one initial stiffness only, and no words."""
+    curve = facts["curve"]
+    older: dict[str, Any] = {
+        "modelled": [],
+        "initial_stiffness": {curve["over"]: curve["initial_stiffness"]} if curve else {},
+        "departure": 0.0,
+        "damaged": "",
+    }
+    return ModelFacts(**{each.name: (older | facts)[each.name] for each in fields(ModelFacts)})
+
+
+def _fields(scene: Scene, folder: Path) -> dict[str, Any]:
+    """The way, the found path and the fields."""
+    with open(folder / FIELDS, "rb") as file, np.load(file, allow_pickle=False) as arrays:
+        held = put_together(str(arrays[_STRUCTURE]), arrays, Planes, FoundPath, Vertex)
+    fields = held["fields"]
+    return {
+        "way": held["way"],
+        "found": held["found"],
+        "kept": None if fields is None else Fields.from_data(scene, fields),
+    }

@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import tomli_w
@@ -39,11 +39,15 @@ GROW = "grow"
 #: levels of tables and lists, bits of a whole number, and digits of an index into a list, that a scene may have
 _DEEPEST, _MOST_BITS, _MOST_DIGITS = 20, 1000, 10
 
+T = TypeVar("T")
+
 _BUILTIN = resources.files("cohesive.scenes") / "builtin"
 
 
 class Scene:
     """One simulation, described by a nested dict with the keys of the TOML file.
+
+    It cannot be changed: `with_` makes another one.
 
     Parameters
     ----------
@@ -57,8 +61,9 @@ class Scene:
 
     Attributes
     ----------
-    data : dict, as given (a copy)
-    title, kind, specimen, sizes, material, interface, model, band, stages, solver, reference, output : checked parts
+    data : dict, as given; each time a copy
+    title, kind, specimen, sizes, material, interface, model, band, solver, reference, output : checked parts
+    stages : tuple of Stage
 
     Examples
     --------
@@ -68,31 +73,54 @@ class Scene:
     ('notched-beam', 3.0)
     """
 
+    _is_made = False
+
     def __init__(self, data: Mapping[str, Any], folder: str | Path = ".") -> None:
         if not isinstance(data, Mapping):
             raise SceneError(f"Scene({data!r}): expected a dict with the tables of a scene; Scene.load(name) reads files")
-        self.data: dict[str, Any] = _plain(data)
+        self._data: dict[str, Any] = _plain(data)
         self.folder = Path(folder)
-        check_known("", self.data, TABLES)
-        self.title = self.data.get("title", "untitled")
+        check_known("", self._data, TABLES)
+        self.title = self._data.get("title", "untitled")
         if not isinstance(self.title, str):
             raise refuse("title", self.title, "a string")
         self.kind, self.specimen = self._specimen()
-        self.material = _material(table_of(self.data, "material", required=True))
+        self.material = _material(table_of(self._data, "material", required=True))
         self.sizes = self._sizes()
-        self.interface = build_table(InterfaceOptions, table_of(self.data, "interface"), "interface")
-        self.model = build_table(ModelOptions, table_of(self.data, "model"), "model")
-        self.band = build_table(BandOptions, table_of(self.data, "band"), "band")
-        self.solver = build_table(SolverOptions, table_of(self.data, "solver"), "solver")
-        self.output = build_table(OutputOptions, table_of(self.data, "output"), "output")
+        self.interface = build_table(InterfaceOptions, table_of(self._data, "interface"), "interface")
+        self.model = build_table(ModelOptions, table_of(self._data, "model"), "model")
+        self.band = build_table(BandOptions, table_of(self._data, "band"), "band")
+        self.solver = build_table(SolverOptions, table_of(self._data, "solver"), "solver")
+        self.output = build_table(OutputOptions, table_of(self._data, "output"), "output")
         self.reference = self._reference()
         self._check_model()
         self.grow = self._grow()
         self.stages = self._stages()
+        self._is_made = True
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if self._is_made:
+            raise AttributeError(f"{name}: a scene cannot be changed; expected scene.with_(...), which makes another one")
+        super().__setattr__(name, value)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The nested dict, a copy."""
+        return copy.deepcopy(self._data)
+
+    def given(self, key: str) -> Any:
+        """What the dict has for a dotted key, a copy; None if there is nothing."""
+        place: Any = self._data
+        for part in key.split("."):
+            try:
+                place = place[int(part)] if isinstance(place, list) else place[part]
+            except (KeyError, IndexError, ValueError, TypeError):
+                return None
+        return copy.deepcopy(place)
 
     def _specimen(self) -> tuple[str, Specimen]:
         """Kind and specimen."""
-        table = table_of(self.data, "specimen", required=True)
+        table = table_of(self._data, "specimen", required=True)
         kind = table.pop("kind", None)
         names = ", ".join(SPECIMENS)
         if kind is None:
@@ -107,11 +135,11 @@ class Scene:
 
     def _grow(self) -> GrowOptions | None:
         """[grow], if the crack path is to be found."""
-        if self.data["specimen"].get("crack") != GROW or not self.specimen.has_outline:
-            if "grow" in self.data:
+        if self._data["specimen"].get("crack") != GROW or not self.specimen.has_outline:
+            if "grow" in self._data:
                 raise SceneError("grow: no path is looked for; expected specimen.crack = 'grow' or no such table", "grow")
             return None
-        options = build_table(GrowOptions, table_of(self.data, "grow"), "grow")
+        options = build_table(GrowOptions, table_of(self._data, "grow"), "grow")
         key, value = "specimen.crack", GROW
         if self.dimension == 3:
             raise SceneError(f"{key} = {value!r}: paths are found in the plane only; expected model.dimension = 2", key)
@@ -122,27 +150,27 @@ class Scene:
         return options
 
     def along(self, lines: Sequence[Line]) -> Scene:
-        """The scene with given crack paths, on elements of the same sizes, discrete."""
-        assert self.sizes is not None
-        sizes = {f"mesh.{name}": getattr(self.sizes, name) for name in ("crack_size", "far_size")}
+        """The scene with given crack paths, on elements of the same sizes, discrete; SceneError for a mesh of the user's."""
+        known = self._known("the size of its elements", self.sizes)
+        sizes = {f"mesh.{name}": getattr(known, name) for name in ("crack_size", "far_size")}
         crack = [[list(point) for point in line] for line in lines]
         scene = self.without_search(crack).with_(**sizes)
         return scene.with_(**{"model.kind": "discrete"})
 
     def without_search(self, crack: Any) -> Scene:
         """The scene with a given crack path."""
-        data = {name: value for name, value in self.data.items() if name != "grow"}
+        data = {name: value for name, value in self._data.items() if name != "grow"}
         return Scene(data | {"specimen": data["specimen"] | {"crack": crack}}, self.folder)
 
     def _sizes(self) -> MeshSizes | None:
         """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
         if not self.specimen.is_sized:
-            if "mesh" in self.data:
+            if "mesh" in self._data:
                 raise SceneError(
                     f"mesh: a specimen of kind '{self.kind}' brings its own mesh; expected no [mesh] table", "mesh"
                 )
             return None
-        table = table_of(self.data, "mesh")
+        table = table_of(self._data, "mesh")
         if "crack_size" not in table:
             along, zone = self.crack_length / self.specimen.elements_along, self.material.zone_length
             table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
@@ -151,9 +179,9 @@ class Scene:
         return build_table(MeshSizes, table, "mesh")
 
     def _reference(self) -> ReferenceOptions | None:
-        if "reference" not in self.data:
+        if "reference" not in self._data:
             return None
-        reference = build_table(ReferenceOptions, table_of(self.data, "reference"), "reference")
+        reference = build_table(ReferenceOptions, table_of(self._data, "reference"), "reference")
         for name in reference.files:
             self._check_file("reference.file", name)
         return reference
@@ -199,8 +227,8 @@ class Scene:
                 "model.half",
             )
 
-    def _stages(self) -> list[Stage]:
-        stages = self.data.get("stage")
+    def _stages(self) -> tuple[Stage, ...]:
+        stages = self._data.get("stage")
         if not isinstance(stages, list) or not stages or not all(isinstance(entry, dict) for entry in stages):
             raise SceneError("stage is missing or not a list of tables: expected at least one [[stage]]", "stage")
         found = [build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages)]
@@ -209,7 +237,7 @@ class Scene:
         drives, forces = list(self.specimen.drives()), list(self.specimen.forces())
         check_stage_names(found, gauges, drives, forces)
         check_curve(self.output.curve, gauges, drives, forces)
-        return found
+        return tuple(found)
 
     @classmethod
     def load(cls, source: str | Path) -> Scene:
@@ -251,7 +279,7 @@ class Scene:
         SceneError
             Naming the key.
         """
-        data = copy.deepcopy(self.data)
+        data = self.data
         for key, value in changes.items():
             *path, last = key.split(".")
             place: Any = data
@@ -284,26 +312,34 @@ class Scene:
 
     @property
     def crack_length(self) -> float:
-        """Length of the crack path of a sized specimen, mm; that of a crack without one is the root of its area."""
+        """Length of the crack path of a sized specimen, mm; that of a crack without one is the root of its area. SceneError
+        for a specimen that brings its own mesh, as for `crack_area` and `band_width`."""
         try:
             length = self.specimen.path_length
         except MeshError as error:
             raise SceneError(f"specimen.{error}", f"specimen.{error.key}") from None
-        assert length is not None
-        return length
+        return self._known("the length of its crack", length)
 
     @property
     def crack_area(self) -> float:
         """Area of the crack of a sized specimen, mm^2."""
-        area = self.specimen.crack_area
-        assert area is not None
-        return area
+        return self._known("the area of its crack", self.specimen.crack_area)
 
     @property
     def band_width(self) -> float:
         """Width of the band along the path of a sized specimen, mm: the crack size, if the scene names none."""
-        assert self.sizes is not None
-        return self.sizes.crack_size if self.band.width is None else self.band.width
+        sizes = self._known("the width of its band", self.sizes)
+        return sizes.crack_size if self.band.width is None else self.band.width
+
+    def _known(self, what: str, value: T | None) -> T:
+        """A value that the keys of the specimen tell, if they do."""
+        if value is None:
+            raise SceneError(
+                f"specimen.kind = '{self.kind}': {what} is not known before its mesh is read; expected a kind without a file, "
+                "or the result of a run (result.model)",
+                "specimen.kind",
+            )
+        return value
 
     def file(self, name: str) -> Path:
         """A file that the scene names: beside it, or one that comes with the built-in scenes."""

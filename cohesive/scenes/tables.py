@@ -8,7 +8,7 @@ from typing import Any
 from meshing.keys import check_keys, key
 
 from ..errors import ParameterError
-from .units import FORCES, LENGTHS, factor_of
+from ..measured.units import FORCES, LENGTHS, factor_of
 
 #: frames that a run may write: each is a file
 MOST_FRAMES = 100_000
@@ -149,16 +149,16 @@ class ReferenceOptions(Table):
     )
     label: str = key("its name in the legend", "measured")
     x: str | int | None = key(
-        "name or number of the column with the motion; default: the first that is an opening, else a deflection, else a "
-        "displacement",
+        "name or number of the column with the motion; default: CMOD, else an opening, a deflection, a displacement, one that "
+        "names its unit first; the mean of two gauges of one quantity",
         None,
     )
     y: str | int | list[str | int] | None = key(
-        "name or number of the column with the load, or a list of two with the bounds of a band; default: the first that is a "
-        "load, or load_min and load_max",
+        "name or number of the column with the load, or a list of two with the bounds of a band; default: load_min and "
+        "load_max, else the load that changes and names its unit; two loads are asked about",
         None,
     )
-    x_unit: str | None = key("unit of x, as 'um'; '-mm' turns the sign. Default: from the heading, else mm", None)
+    x_unit: str | None = key("unit of x, as 'um', '10^-3 mm'; '-mm' turns the sign. Default: from the heading, else mm", None)
     y_unit: str | None = key("unit of y, as 'kN'. Default: from the heading, else N", None)
     against: str | None = key("column of the history that x is; default: that which its name says", None)
 

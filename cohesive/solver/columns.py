@@ -29,8 +29,14 @@ class Column:
 COLUMNS = (
     Column("step", "", "number of the converged step; 0 before the first one"),
     Column("load", "N", "force along the motion of the drive that the stage moves", watched=True, unloaded=True),
-    Column("opening", "mm", "normal motion between the points of the gauge", watched=True, unloaded=True),
-    Column("sliding", "mm", "tangential motion between the points of the gauge", watched=True, unloaded=True),
+    Column(
+        "opening",
+        "mm",
+        "normal motion between the points of the main gauge; of a specimen without one the mean jump over the crack",
+        watched=True,
+        unloaded=True,
+    ),
+    Column("sliding", "mm", "tangential motion between the same points, or its mean", watched=True, unloaded=True),
     Column(
         "driven",
         "mm",

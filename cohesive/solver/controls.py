@@ -120,7 +120,7 @@ def register_control(name: str) -> Callable[[T], T]:
 
 
 @dataclass(frozen=True)
-class Measured(LinearControl):
+class GaugeControl(LinearControl):
     """A measure of the problem, such as the opening of the gauge."""
 
     measure: str
@@ -129,13 +129,13 @@ class Measured(LinearControl):
         return problem.measures[self.measure]
 
 
-register_control("opening")(Measured("opening"))
-register_control("sliding")(Measured("sliding"))
+register_control("opening")(GaugeControl("opening"))
+register_control("sliding")(GaugeControl("sliding"))
 
 
 def control_of(name: str) -> Control:
     """The control of a name: a registered one, or the motion that a further gauge of the specimen measures."""
-    return CONTROLS.get(name) or Measured(name)
+    return CONTROLS.get(name) or GaugeControl(name)
 
 
 @register_control("load")

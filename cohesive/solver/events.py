@@ -17,6 +17,11 @@ Event = dict[str, float]
 _NEAR = 1e-3
 
 
+def tolerance(value: float, old: float) -> float:
+    """How close to its value a quantity has come if it has reached it, from an old value."""
+    return _NEAR * max(abs(value), _NEAR * abs(old - value))
+
+
 @dataclass
 class Watch:
     """Looks for events in steps that may still be thrown away.
@@ -35,6 +40,19 @@ class Watch:
         self._peak = max(self._peak, state.load)
         self._largest = max(self._largest, abs(state.load))
 
+    def as_data(self) -> tuple[float, float]:
+        """What it took note of."""
+        return self._peak, self._largest
+
+    def go_on_from(self, data: tuple[float, float]) -> None:
+        """Have taken note of what another one did that gave these `as_data`."""
+        self._peak, self._largest = data
+
+    @property
+    def pushed(self) -> float:
+        """Largest load, N, if all are negative; 0 if not."""
+        return 0.0 if self._peak > 0 else self._largest
+
     def departs(self, event: Event, before: State, after: State) -> bool:
         """Whether the quantity moves away from its value, and not by rounding: on a separated crack it stays what it is."""
         ((name, value),) = event.items()
@@ -46,7 +64,7 @@ class Watch:
         ((name, value),) = event.items()
         is_ratio = name == LOAD_RATIO
         old, new = self._ratios(before, after) if is_ratio else (self.record(before)[name], self.record(after)[name])
-        near = _NEAR * max(abs(value), _NEAR * abs(old - value))
+        near = tolerance(value, old)
         if abs(new - value) <= near < abs(old - value) and (not is_ratio or old > value):
             return 1.0, True  # from either side: a step that stops short of it is not to be followed by a tiny one
         if old == value or (old - value) * (new - value) > 0 or (is_ratio and new > value):

@@ -145,6 +145,10 @@ class Problem:
         """The same body with its platen moved at an angle between its two motions, degrees: 0 the first, 90 the second."""
         return replace(self, loading=self.loading.turned(angle, hold))
 
+    def growing(self) -> Problem:
+        """The same body while its dead loads grow: `driven` is the motion that stands for them, up to `dead_factor`."""
+        return replace(self, loading=self.loading.moving(DEAD), dead_factor=0.0, start=None)
+
     def sprung(self, state: State) -> Problem:
         """The same body with the spring of the platen in place of the force that holds its first motion in this state."""
         first = self.loading.moved.motions[0]
@@ -179,6 +183,14 @@ class Problem:
         values = np.r_[np.ones(n - k), allowed[at, column]]
         return sp.csr_array((values, (rows, columns)), shape=(n, n - k + allowed.shape[1]))
 
+    def held_part(self, v: Array) -> Array:
+        """What the drives do not allow to change of some unknowns, (m, n)."""
+        held = np.zeros_like(v)
+        if (allowed := self.loading.allowed) is not None:
+            driven = v[:, self.drives]
+            held[:, self.drives] = driven - driven @ allowed @ allowed.T
+        return held
+
     def bulk(self, v: Array) -> Array:
         """Forces of the elastic bulk and of the springs, (n,), N."""
         force = self.stiffness.apply(v)
@@ -209,12 +221,12 @@ class Problem:
         energy = 0.5 * float(v @ force)
         if len(self.springs.acting):
             energy += self.springs.energy(v[self.drives])
-        if self._dead_motion is not None:  # without the potential of the dead loads
-            energy -= float(v[self._dead_motion] * force[self._dead_motion])
+        if self.dead_motion is not None:  # without the potential of the dead loads
+            energy -= float(v[self.dead_motion] * force[self.dead_motion])
         return energy
 
     @cached_property
-    def _dead_motion(self) -> int | None:
+    def dead_motion(self) -> int | None:
         """Unknown that is the factor of the dead loads; the force on it is minus the work that they, whole, do by all
         displacements, over `dead_factor`."""
         dead = self.loading.drives.get(DEAD)
@@ -226,7 +238,7 @@ class Problem:
         work = 0.0 if self.loading.active == DEAD else 0.5 * (start.load + now.load) * float(self.drive @ change)
         if self._held_forces is not None:
             work += float(self._held_forces @ change)
-        if (at := self._dead_motion) is not None:
+        if (at := self.dead_motion) is not None:
             force = [float(self.stiffness.apply(v)[at]) for v in (start.v, now.v)]
             work -= 0.5 * float(start.v[at] + now.v[at]) * (force[1] - force[0])
         return work
@@ -272,7 +284,7 @@ class Problem:
         coordinates = np.round(self.operator.where[point], 9) + 0.0  # no -0
         return f"({', '.join(f'{x:.4g}' for x in coordinates)})"
 
-    def at_rest(self, state: State) -> State:
+    def with_driven_load(self, state: State) -> State:
         """The same state with the load and the motion of the drive that is moved."""
         load = self.loading.force(self.loading.active, self.driven_forces(state))
         return replace(state, load=load, driven=self.motion(self.drive, state))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, field
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+
+from meshing.keys import key
 
 from ..errors import ParameterError
 from .controls import control_of
@@ -17,11 +19,6 @@ MOST_STEPS = 1_000_000
 
 #: steps to a target, if neither their number nor their size is given
 DEFAULT_STEPS = 50
-
-
-def _key(default: Any, meaning: str, unit: str = "") -> Any:
-    """A field that is a key of [[stage]]."""
-    return field(default=default, metadata={"meaning": meaning, "unit": unit})
 
 
 @dataclass(frozen=True)
@@ -37,48 +34,47 @@ class Stage:
         Naming the key, its value and what was expected.
     """
 
-    control: str = _key(
-        MISSING,
+    control: str = key(
         "'opening' or 'sliding' (of the main gauge, mm), 'load' (N), 'driven' (mm), 'dissipation' (N mm in all), the name of "
-        "a further gauge of the specimen (mm), or a name that was given to register_control",
+        "a further gauge of the specimen (mm), or a name that was given to register_control"
     )
-    to: Any = _key(MISSING, "target, or a list of targets that are visited in turn", "mm, N or N mm")
-    steps: int | None = _key(
-        None,
+    to: Any = key("target, or a list of targets that are visited in turn", unit="mm, N or N mm")
+    steps: int | None = key(
         f"number of equal steps to each target, {DEFAULT_STEPS} if neither it nor step is given; the first one after a "
         "reversal is a quarter of the others",
-    )
-    step: float | None = _key(None, "size of the steps, instead of their number", "mm, N or N mm")
-    until: Any = _key(
         None,
+    )
+    step: float | None = key("size of the steps, instead of their number", None, unit="mm, N or N mm")
+    until: Any = key(
         "{quantity = value}: end the stage if a column of the history, or load_ratio (the load over the largest one so far), "
         "passes a value, located within 0.1 %",
-    )
-    unload: Any = _key(
         None,
+    )
+    unload: Any = key(
         "{quantity = value}: after each target go back until a quantity passes a value, in steps of a way back to 0: to = "
         "[0.02, 0.04], unload = {stress_n = -3.0} opens, closes to -3 MPa, opens further, closes again; it ends if the "
         "quantity moves away from its value",
-    )
-    angle: float | None = _key(
-        None, "angle of the platen's motion from the normal of its face: 0 pulls it away, 90 shears it", "degrees"
-    )
-    hold: bool | None = _key(
         None,
+    )
+    angle: float | None = key(
+        "angle of the platen's motion from the normal of its face: 0 pulls it away, 90 shears it", None, unit="degrees"
+    )
+    hold: bool | None = key(
         "whether the platen is held across its motion, as at first; if not it is free but for the specimen's springs, which "
         "take over the force that holds it where the first such stage begins",
+        None,
     )
 
-    drive: str | None = _key(
-        None,
+    drive: str | None = key(
         "name of the drive that is moved, if the specimen has several; load and driven are its own; default: the one of the "
         "stage before, at first the first one",
-    )
-    others: Any = _key(
         None,
+    )
+    others: Any = key(
         "what is done to the other drives, {name = 'force'} (held at the force reached), 'motion' (held where it is) or "
         "'free' (no force); it stays until another stage says otherwise. The one that was moved before, and those that no "
         "stage has named, are held at their force",
+        None,
     )
 
     def __post_init__(self) -> None:
@@ -105,6 +101,11 @@ class Stage:
         _check_event("unload", self.unload)
         if self.unload is not None and not can_fall:
             raise ParameterError(f"unload = {self.unload!r}: {self.control} cannot fall; expected another control", "unload")
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Its keys, as a scene gives them."""
+        return {each.name: value for each in fields(self) if (value := getattr(self, each.name)) is not None}
 
     @property
     def redirects(self) -> bool:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from ..errors import NotConverged
 from .controls import control_of
 from .events import Event, Watch
-from .loading import DEAD
 from .problem import Problem, State
 from .stages import Stage, event_text
 from .steps import Step
@@ -21,6 +21,9 @@ __all__ = ["LoadStepper", "Step", "solve"]
 
 #: steps after which the factorization is dropped: a run that is resumed there has none either, and comes out the same
 EVERY = 10
+
+#: fields that change from step to step, as they are
+_MOVING = ("notes", "_slack", "_before", "_state", "_count", "_number", "_is_apart")
 
 #: force across the drive, over the strength of the crack, from which on letting go of it is worth a note
 _NOTED_FORCE = 1e-6
@@ -37,6 +40,7 @@ class LoadStepper:
     record : the recorded quantities of a state, by name
     step_growth : up to which multiple of the nominal step a step may grow
     notes : what the reader of the results should know about how the stages ended
+    dead : list of Step that brought the body under its dead loads, see `Problem.growing`
     """
 
     problem: Problem
@@ -44,6 +48,7 @@ class LoadStepper:
     record: Callable[[State], dict[str, float]]
     step_growth: float = 1.0
     notes: list[str] = field(default_factory=list)
+    dead: Sequence[Step] = ()
     _slack: dict[str, float] = field(default_factory=dict, init=False)  # by which each control may have missed its target
     _before: State = field(init=False)
     _state: State = field(init=False)
@@ -59,7 +64,7 @@ class LoadStepper:
         self._watch = Watch(self.record)
 
     def __iter__(self) -> Iterator[Step]:
-        """The steps from where it stands: all that it knows is in its fields, so that one that was pickled goes on."""
+        """The steps from where it stands."""
         while not self._is_apart and self._finds_path():
             assert self._path is not None
             for step in self._path:
@@ -75,8 +80,32 @@ class LoadStepper:
                     break
             else:
                 self._end_path(self._path)
+        if self._watch.pushed > _NOTED_FORCE * self.problem.strength:
+            self.notes.append(
+                f"warning: no load is positive, they go down to {-self._watch.pushed:.5g} N; check the direction of the drive "
+                "and the sign of the targets"
+            )
         if self._is_apart:
             self.notes.append("ended early: the crack has run through, no traction is left")
+
+    def as_data(self) -> dict[str, Any]:
+        """Where it stands after a step, in numbers, text, arrays and data classes of them."""
+        path = None if self._path is None else self._path.as_data()
+        problem = {"loading": self.problem.loading, "springs": self.problem.springs}
+        own = {name: getattr(self, name) for name in _MOVING}
+        return own | {"problem": problem, "watch": self._watch.as_data(), "left": len(self._to_come), "path": path}
+
+    def go_on_from(self, data: Mapping[str, Any]) -> None:
+        """Stand where another one stood that gave these `as_data`, with the same problem and stages."""
+        for name in _MOVING:
+            setattr(self, name, data[name])
+        self.problem = replace(self.problem, **data["problem"])
+        self._watch.go_on_from(data["watch"])
+        targets = list(_targets(self.stages[self._number - 1]))
+        self._to_come = targets[len(targets) - data["left"] :]
+        if data["path"] is not None:
+            self._path = self._path_to(*targets[len(targets) - data["left"] - 1])
+            self._path.go_on_from(data["path"])
 
     def _finds_path(self) -> bool:
         """Whether there is a target to go to, begun or to begin."""
@@ -87,12 +116,14 @@ class LoadStepper:
             if stage.redirects:
                 self._before = self._state = self._redirect(self._state, self._number, stage)
         if self._path is None and self._to_come:
-            (target, event), stage = self._to_come.pop(0), self.stages[self._number - 1]
-            self._path = TargetPath(
-                self.problem, stage, self._number, target, event, self._before, self._state, self._watch, self._slack,
-                self.notes, self.step_growth,
-            )  # fmt: skip
+            self._path = self._path_to(*self._to_come.pop(0))
         return self._path is not None
+
+    def _path_to(self, target: float, event: Event | None) -> TargetPath:
+        return TargetPath(
+            self.problem, self.stages[self._number - 1], self._number, target, event, self._before, self._state, self._watch,
+            self._slack, self.notes, self.step_growth,
+        )  # fmt: skip
 
     def _end_path(self, path: TargetPath) -> None:
         """After the last step towards a target, and of a stage."""
@@ -114,7 +145,7 @@ class LoadStepper:
                 self._note_drop(number, before.force(name, forces), f"of drive '{name}'")
         if loading.moved.is_free_across and not np.isfinite(self.problem.springs.rest[loading.moved.motions[0]]):
             self._let_go(state, number)
-        return self.problem.at_rest(state)
+        return self.problem.with_driven_load(state)
 
     def _let_go(self, state: State, number: int) -> None:
         """Put the springs in place of the force across the drive, or say that it is dropped."""
@@ -172,22 +203,25 @@ def solve(
         If the body does not bear its dead loads; then, by the iteration, if a step fails.
     """
     notes = [] if notes is None else notes
-    weighed = _under_dead_loads(problem, notes)
-    weighed.stiffness.drop_factorization()  # a run that is resumed does not have that of the dead loads
-    return LoadStepper(weighed, list(stages), partial(record, weighed), step_growth, notes)
+    dead = _dead_steps(problem)
+    if dead:
+        problem = _under_dead_loads(problem, dead[-1].equilibrium.state, notes)
+    problem.stiffness.drop_factorization()  # a run that is resumed does not have that of the dead loads
+    return LoadStepper(problem, list(stages), partial(record, problem), step_growth, notes, dead)
 
 
-def _under_dead_loads(problem: Problem, notes: list[str]) -> Problem:
-    """The body under its dead loads, from which its motions count; itself if it has none."""
+def _dead_steps(problem: Problem) -> list[Step]:
+    """The steps in which the dead loads grow, none without any."""
     if not problem.dead_factor:
-        return problem
-    weighed = replace(problem, loading=problem.loading.moving(DEAD), dead_factor=0.0)
-    stepper = LoadStepper(weighed, [Stage("driven", problem.dead_factor, steps=1)], lambda state: {})
+        return []
     try:
-        *_, step = stepper
+        return list(LoadStepper(problem.growing(), [Stage("driven", problem.dead_factor, steps=1)], lambda state: {}))
     except NotConverged as error:
         raise NotConverged(f"the body does not bear its dead loads: {error}") from error
-    state = step.equilibrium.state
+
+
+def _under_dead_loads(problem: Problem, state: State, notes: list[str]) -> Problem:
+    """The body under its dead loads, from which its motions count."""
     fell = max(abs(state.unaccounted), state.released) > problem.energy  # more set free than the whole crack can take
     if fell or problem.is_separated(state):
         raise NotConverged("the body does not bear its dead loads: they break it; expected less")

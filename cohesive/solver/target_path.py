@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,12 @@ REVERSAL_STEP = 0.25
 #: a loading step has jumped over a snap-back if it leaves less than this part of the load, and has lost more than the second
 #: part of the fracture energy
 _KEPT_LOAD, _LOST_ENERGY = 0.7, 0.05
+
+#: fields that change from step to step
+_MOVING = (
+    "state", "is_reached", "_value", "_start", "_distance", "_direction", "_nominal", "_size", "_reversal", "_cuts",
+    "_leads_away", "_has_begun", "_found",
+)  # fmt: skip
 
 
 @dataclass
@@ -77,6 +84,15 @@ class TargetPath:
         self._direction = float(np.sign(self.target - self._start))
         # unloading ends at its event, and its steps are those of a way back to 0
         self._distance = abs(self._start) if self._is_unloading() else abs(self.target - self._start)
+
+    def as_data(self) -> dict[str, Any]:
+        """Where it stands after a step, see `LoadStepper.as_data`."""
+        return {name: getattr(self, name) for name in _MOVING}
+
+    def go_on_from(self, data: Mapping[str, Any]) -> None:
+        """Stand where another one to the same target stood that gave these `as_data`."""
+        for name in _MOVING:
+            setattr(self, name, data[name])
 
     def __iter__(self) -> Iterator[Step]:
         name = self.stage.control

@@ -4,66 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from meshing.errors import MeshError
 
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.build import build
-from ..results.files import make_folder, write_file, write_text
+from ..outcome.result import Result
+from ..results.files import make_folder
 from ..results.report import warnings
-from ..results.result import Result
 from ..scenes.scene import Scene
 from ..simulation import run
 from ..solver.stepper import Step
-from .comparison import MODELS, UNITS, ComparisonData
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-class Comparison(ComparisonData[Result]):
-    """A discrete and a smeared run of one scene: the data (see `ComparisonData`), a summary in words, the figure and the
-    files. It can be pickled."""
-
-    def summary(self) -> str:
-        """The printed table."""
-        lines = [self.discrete.scene.title, f"{'':24s}{'discrete':>12s}{'smeared':>12s}{'difference':>12s}"]
-        for name, row in self.table.items():
-            unit = f" ({UNITS[name]})" if UNITS[name] else ""
-            values = "".join(f"{row[model]:12.5g}" for model in MODELS)
-            sign = "" if name == "curve_distance" else "+"  # a distance has none
-            lines.append(f"{name.replace('_', ' ') + unit:24s}{values}{100 * row['relative_difference']:{sign}11.2f}%")
-        lines.append(f"up to the end that both runs reach, {self.end:.4g} mm of {self.travelled}: energy and curve distance")
-        return "\n".join(lines + self.notes)
-
-    def plot(self) -> Figure:
-        """Both curves, their difference below, and opening profiles; a matplotlib figure."""
-        from .figures import comparison_figure  # with matplotlib, which is slow to import
-
-        return comparison_figure(self)
-
-    def save(self, folder: str | Path) -> None:
-        """Write comparison.csv and comparison.png; with each run's own files in the folders discrete and smeared.
-
-        Raises
-        ------
-        SceneError
-            If the folder cannot be written.
-        """
-        from ..results.figures import save  # with matplotlib
-
-        folder = Path(folder)
-        make_folder(folder)
-        for name, result in self.runs.items():
-            result.save(folder / name)
-        text = "quantity,unit,discrete,smeared,relative_difference\n" + "".join(
-            f"{name},{UNITS[name]},{row['discrete']:.9g},{row['smeared']:.9g},{row['relative_difference']:.9g}\n"
-            for name, row in self.table.items()
-        )
-        write_file(folder / "comparison.csv", lambda path: write_text(path, text))
-        write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
-
+from .comparison import MODELS, Comparison
 
 E = TypeVar("E", SceneError, Interrupted)
 

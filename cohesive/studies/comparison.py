@@ -2,47 +2,53 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array
-from ..results.run_data import RunData
+from ..outcome.result import Result
+from ..results.files import make_folder, write_file, write_table
 from .curves import Pair, curve_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .figures import Profiles
 
 MODELS = ("discrete", "smeared")
 
-#: units of the table's quantities
-UNITS = {"peak": "N", "opening_at_peak": "mm", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
-
-#: for each stage its title and, by model, positions along the crack path and openings, mm
-Profiles = list[tuple[str, dict[str, tuple[Array, Array]]]]
-
-Run = TypeVar("Run", bound=RunData)
+#: units of the table's quantities, but for the place of the peak
+UNITS = {"peak": "N", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
 
 
-class ComparisonData(Generic[Run]):
-    """The data of a comparison.
+class Comparison:
+    """A discrete and a smeared run of one scene, what compares them, a summary in words, the figure and the files.
 
     Attributes
     ----------
     discrete, smeared : Result
+    measure : the measure in charge, a column of both histories, as "opening" or "cmod"
     table : {quantity: {"discrete": , "smeared": , "relative_difference": }}, the difference that of the smeared value
-        over the discrete one. peak (N), opening_at_peak (mm); energy (N mm), the area under load over opening to the
-        common end; curve_distance, the area between the curves over the area under each, and over the mean of both;
-        iterations; seconds, without files. If a platen moves both ways, the curves are those of its load over its
-        motion, and the energy is its work.
+        over the discrete one. peak (N) and where it comes on the measure in charge, opening_at_peak, cmod_at_peak or
+        driven_at_peak (mm); energy (N mm), the area under load over that measure to the common end; curve_distance, the area
+        between the curves over the area under each, and over the mean of both; iterations; seconds, without files. If a
+        platen moves both ways, the curves are those of its load over its motion, and the energy is its work.
     notes : what stopped a run early, and what the runs say of themselves
     """
 
-    def __init__(self, discrete: Run, smeared: Run, notes: list[str]) -> None:
+    def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
         self.discrete, self.smeared, self.notes = discrete, smeared, notes
-        pair = self._pair = Pair.from_curves(curve_of(discrete), curve_of(smeared))
+        own = discrete.controlled  # a gauge that the band's mesh cannot place is none of its columns
+        self.measure = own if own in smeared.history else smeared.controlled
+        curves = {name: curve_of(run, self.measure) for name, run in self.runs.items()}
+        pair = self._pair = Pair.from_curves(*curves.values())
         under = {name: pair.under(i) for i, name in enumerate(MODELS)}
         between = pair.between()
         self.table: dict[str, dict[str, float]] = {
             "peak": _row({name: run.peak_load for name, run in self.runs.items()}),
-            "opening_at_peak": _row({name: run.opening_at_peak for name, run in self.runs.items()}),
+            f"{self.measure}_at_peak": _row({name: curve.at_peak for name, curve in curves.items()}),
             "energy": _row({name: pair.energy(i) for i, name in enumerate(MODELS)}),
             "curve_distance": {name: _ratio(between, area) for name, area in under.items()}
             | {"relative_difference": _ratio(2 * between, sum(under.values()))},
@@ -51,7 +57,7 @@ class ComparisonData(Generic[Run]):
         }
 
     @property
-    def runs(self) -> dict[str, Run]:
+    def runs(self) -> dict[str, Result]:
         """Both runs by model."""
         return dict(zip(MODELS, (self.discrete, self.smeared), strict=True))
 
@@ -67,17 +73,12 @@ class ComparisonData(Generic[Run]):
         return self._pair.difference()
 
     @property
-    def by_platen(self) -> bool:
-        """Whether the curves are drawn over the way of a platen that moves in two directions."""
-        return self._pair.curves[0].platen is not None
-
-    @property
     def travelled(self) -> str:
         """What the curves are drawn over."""
-        if self.by_platen:
+        if self.discrete.drives_both_ways:
             return "way of the platen, there and back"
-        there_and_back = bool((np.diff(self.discrete.history["opening"]) < 0).any())
-        return "opening travelled, forth and back" if there_and_back else "opening"
+        there_and_back = bool((np.diff(self.discrete.history[self.measure]) < 0).any())
+        return f"{self.measure} travelled, forth and back" if there_and_back else self.measure
 
     def profiles(self) -> Profiles:
         """Openings (mm) over the position along the crack path (mm) in both models at three stages.
@@ -85,15 +86,15 @@ class ComparisonData(Generic[Run]):
         The stages are the peak, half the peak load after it (or halfway to the end), and the end; fewer if they coincide.
         In 3D the opening is the mean over the thickness; a crack without a path has no profiles.
         """
-        if self.discrete.model.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
+        if self.discrete.fields.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
             return []
-        s, opening, _ = self._pair.upto_end(0)
+        s, x, _ = self._pair.upto_end(0)
         found = []
         for at in self._stages():
             by_model = {
                 name: _profile(run, s, at) for (name, run), s in zip(self.runs.items(), self._pair.travelled, strict=True)
             }
-            found.append((f"opening {np.interp(at, s, opening):.3g} mm", by_model))
+            found.append((f"{self.measure} {np.interp(at, s, x):.3g} mm", by_model))
         return found
 
     def _stages(self) -> list[float]:
@@ -106,6 +107,42 @@ class ComparisonData(Generic[Run]):
         stages = [float(s[peak]), float(middle), end]
         return [a for i, a in enumerate(stages) if all(abs(a - b) > 0.01 * end for b in stages[:i])]
 
+    def summary(self) -> str:
+        """The printed table."""
+        lines = [self.discrete.scene.title, f"{'':24s}{'discrete':>12s}{'smeared':>12s}{'difference':>12s}"]
+        for name, row in self.table.items():
+            unit = f" ({unit})" if (unit := UNITS.get(name, "mm")) else ""
+            values = "".join(f"{row[model]:12.5g}" for model in MODELS)
+            sign = "" if name == "curve_distance" else "+"  # a distance has none
+            lines.append(f"{name.replace('_', ' ') + unit:24s}{values}{100 * row['relative_difference']:{sign}11.2f}%")
+        lines.append(f"up to the end that both runs reach, {self.end:.4g} mm of {self.travelled}: energy and curve distance")
+        return "\n".join(lines + self.notes)
+
+    def plot(self) -> Figure:
+        """Both curves, their difference below, and opening profiles; a matplotlib figure."""
+        from .figures import comparison_figure  # with matplotlib, which is slow to import
+
+        return comparison_figure(self.runs, self.measure, self.difference(), self.travelled, self.profiles())
+
+    def save(self, folder: str | Path) -> None:
+        """Write comparison.csv and comparison.png; with each run's own files in the folders discrete and smeared.
+
+        Raises
+        ------
+        SceneError
+            If the folder cannot be written.
+        """
+        from ..figures.drawing import save  # with matplotlib
+
+        folder = Path(folder)
+        make_folder(folder)
+        for name, result in self.runs.items():
+            result.save(folder / name)
+        names = (*MODELS, "relative_difference")
+        rows = ([name, UNITS.get(name, "mm"), *(f"{row[each]:.9g}" for each in names)] for name, row in self.table.items())
+        write_table(folder / "comparison.csv", ["quantity", "unit", *names], rows)
+        write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
+
 
 def _row(values: dict[str, float]) -> dict[str, float]:
     return values | {"relative_difference": _ratio(values["smeared"] - values["discrete"], values["discrete"])}
@@ -115,19 +152,20 @@ def _ratio(value: float, over: float) -> float:
     return value / over if over else 0.0
 
 
-def _profile(data: RunData, travelled: Array, at: float) -> tuple[Array, Array]:
+def _profile(data: Result, travelled: Array, at: float) -> tuple[Array, Array]:
     """Positions along the path and openings when `at` is travelled, between the two rows around it; `travelled` (rows,)."""
-    kept = data.states.kept
+    fields = data.fields
+    kept = fields.point_rows
     place = int(np.clip(np.searchsorted(travelled[kept], at), 0, len(kept) - 1))
     before, after = kept[max(place - 1, 0)], kept[place]
     step = travelled[after] - travelled[before]
     share = (at - travelled[before]) / step if step > 0 else 1.0
-    position, model = data.profile_distance(), data.model
+    position = data.profile_distance()
     where, late = data.opening_profile(after)
     opening = (1.0 - share) * data.opening_profile(before)[1] + share * late
-    if where.shape[1] == 3 and model.cracks.rotations is not None:
+    if where.shape[1] == 3 and fields.mesh.faces is not None:
         return _mean_over_thickness(position, opening)
-    if model.is_smeared and model.cracks.rotations is None:  # off the path nearly every point is closed
+    if fields.mesh.faces is None:  # off the path nearly every point is closed
         shown = opening > 0.01 * opening.max(initial=0.0)
         return position[shown], opening[shown]
     return position, opening

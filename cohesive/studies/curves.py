@@ -1,4 +1,4 @@
-"""Load over opening: how far two computed curves lie apart."""
+"""Load over the measure in charge: how far two computed curves lie apart."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array
+from ..measured.curve import area_under
 
 if TYPE_CHECKING:
     from ..results.run_data import RunData
@@ -20,12 +21,12 @@ class Curve:
 
     Attributes
     ----------
-    opening, load, work : (n,) arrays, mm, N, N mm
+    x, load, work : (n,) arrays, mm, N, N mm; x is the measure in charge, as the opening of a gauge, cmod or driven
     platen : (n,) array, mm, the way of a platen that moves in two directions, over which its load is drawn; None if the
-        load is drawn over the opening
+        load is drawn over x
     """
 
-    opening: Array
+    x: Array
     load: Array
     work: Array
     platen: Array | None
@@ -36,20 +37,20 @@ class Curve:
         return float(self.load.max())
 
     @property
-    def opening_at_peak(self) -> float:
-        """Opening at the largest load, mm."""
-        return float(self.opening[self.load.argmax()])
+    def at_peak(self) -> float:
+        """x at the largest load, mm."""
+        return float(self.x[self.load.argmax()])
 
 
-def curve_of(data: RunData) -> Curve:
-    """The curve of a run."""
-    opening, load, work = (data.history[name] for name in ("opening", "load", "work"))
-    return Curve(opening, load, work, data.way if data.drives_both_ways else None)
+def curve_of(data: RunData, measure: str | None = None) -> Curve:
+    """The curve of a run over a column of its history, by default that in charge."""
+    x, load, work = (data.history[name] for name in (measure or data.controlled, "load", "work"))
+    return Curve(x, load, work, data.way if data.drives_both_ways else None)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two curves over a parameter that both have in common: what they travelled of the opening, or of the platen's way.
+    """Two curves over a parameter that both have in common: what they travelled of x, or of the platen's way.
 
     Attributes
     ----------
@@ -67,26 +68,26 @@ class Pair:
         """Two curves of the same scene."""
         curves = (first, second)
         ways = [curve.platen for curve in curves]
-        travelled = _travelled([c.opening for c in curves]) if ways[0] is None or ways[1] is None else [ways[0], ways[1]]
+        travelled = _travelled([c.x for c in curves]) if ways[0] is None or ways[1] is None else [ways[0], ways[1]]
         return cls(curves, travelled, float(min(s[-1] for s in travelled)))
 
     def upto_end(self, i: int) -> tuple[Array, Array, Array]:
-        """Parameter, opening and load of one of the curves up to the common end."""
+        """Parameter, x and load of one of the curves up to the common end."""
         s, curve = self.travelled[i], self.curves[i]
         keep = np.r_[s[s < self.end], self.end]
-        return keep, np.asarray(np.interp(keep, s, curve.opening)), np.asarray(np.interp(keep, s, curve.load))
+        return keep, np.asarray(np.interp(keep, s, curve.x)), np.asarray(np.interp(keep, s, curve.load))
 
     def energy(self, i: int) -> float:
-        """Area under load over opening up to the common end, or the work of the platen, N mm."""
+        """Area under load over x up to the common end, or the work of the platen, N mm."""
         if self.curves[i].platen is not None:
             return float(np.interp(self.end, self.travelled[i], self.curves[i].work))
-        _, opening, load = self.upto_end(i)
-        return _area(load, opening)
+        _, x, load = self.upto_end(i)
+        return area_under(load, x)
 
     def under(self, i: int) -> float:
         """Area under the size of the load over the parameter, N mm."""
         s, _, load = self.upto_end(i)
-        return _area(abs(load), s)
+        return area_under(abs(load), s)
 
     def difference(self) -> tuple[Array, Array]:
         """Load of the second curve less that of the first (N), over the parameter (mm)."""
@@ -100,28 +101,21 @@ class Pair:
     def between(self) -> float:
         """Area between the curves, N mm."""
         s, gap = self.difference()
-        return _area(abs(gap), s)
+        return area_under(abs(gap), s)
 
 
-def _area(height: Array, along: Array) -> float:
-    """Area under a polyline."""
-    from scipy.integrate import trapezoid  # slow to import; NumPy has it from 2.0 on only
-
-    return float(trapezoid(height, along))
-
-
-def _travelled(openings: Sequence[Array]) -> list[Array]:
-    """Opening travelled, forth and back, for each curve, mm.
+def _travelled(positions: Sequence[Array]) -> list[Array]:
+    """Way travelled, forth and back, for each curve, mm.
 
     If both curves turn equally often, what they travel between two turns is counted as the mean of both, so that a run
     that closes a little further does not fall behind the other.
     """
     turns = []
-    for opening in openings:
-        moves = np.sign(np.diff(opening))
+    for x in positions:
+        moves = np.sign(np.diff(x))
         rows = np.flatnonzero(moves)
-        turns.append(np.r_[0, rows[1:][moves[rows[1:]] != moves[rows[:-1]]], len(opening) - 1])
-    travelled = [np.r_[0.0, np.cumsum(abs(np.diff(opening)))] for opening in openings]
+        turns.append(np.r_[0, rows[1:][moves[rows[1:]] != moves[rows[:-1]]], len(x) - 1])
+    travelled = [np.r_[0.0, np.cumsum(abs(np.diff(x)))] for x in positions]
     if len(turns[0]) != len(turns[1]) or len(turns[0]) == 2:
         return travelled
     at_turns = np.mean([s[turn] for s, turn in zip(travelled, turns, strict=True)], axis=0)

@@ -3,44 +3,57 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..arrays import Array
-from ..results.figures import abscissa, draw_reference, new_figure, plain_legend, set_title
+from ..figures.drawing import abscissa, draw_reference, new_figure, plain_legend, set_title
 
 if TYPE_CHECKING:
-    from .comparison import ComparisonData, Profiles
-    from .trials import Trials
+    from ..results.run_data import RunData
+    from .trials import SweepSetting
+
+#: for each stage its title and, by model, positions along the crack path and openings, mm
+Profiles = list[tuple[str, dict[str, tuple[Array, Array]]]]
 
 
-def comparison_figure(comparison: ComparisonData[Any]) -> Figure:
-    """Load over opening in both models, their difference, and openings along the crack at three stages."""
-    profiles = comparison.profiles()
+def comparison_figure(
+    runs: Mapping[str, RunData], measure: str, difference: tuple[Array, Array], travelled: str, profiles: Profiles
+) -> Figure:
+    """Load over the measure in charge in both models, their difference, and openings along the crack at three stages.
+
+    Parameters
+    ----------
+    runs : by model
+    measure : the one in charge, a column of both histories
+    difference : load of the smeared run less that of the discrete one (N) over what both have travelled (mm)
+    travelled : what that is
+    """
+    discrete = runs["discrete"]
     figure = new_figure(11.0 if profiles else 6.4, 5.6)
     widths = [1.15, 1.0] if profiles else [1.0]
     grid = figure.add_gridspec(2, len(widths), height_ratios=[2.4, 1.0], width_ratios=widths)
     top, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
-    if not comparison.by_platen:
-        draw_reference(top, comparison.discrete.reference)
-    for result, label, style in ((comparison.discrete, "discrete", "C0-"), (comparison.smeared, "smeared", "C1--")):
-        what, x, load = abscissa(result)
+    reference = discrete.reference
+    if reference is not None and reference.against == measure and not discrete.drives_both_ways:
+        draw_reference(top, reference)
+    for (label, result), style in zip(runs.items(), ("C0-", "C1--"), strict=True):
+        what, x, load = abscissa(result, measure)
         top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.5g} N")
     top.axhline(0.0, color="0.5", linewidth=0.6)
     top.set(xlabel=f"{what} (mm)", ylabel="load (N)")
     plain_legend(top, top)
-    travelled, gap = comparison.difference()
-    below.plot(travelled, gap, color="C3", linewidth=1.0)
+    below.plot(*difference, color="C3", linewidth=1.0)
     below.axhline(0.0, color="0.5", linewidth=0.6)
-    below.set(xlabel=f"{comparison.travelled} (mm)")
+    below.set(xlabel=f"{travelled} (mm)")
     below.set(ylabel="smeared - discrete (N)")
     if profiles:
         _draw_profiles(figure.add_subplot(grid[:, 1]), profiles)
-    set_title(figure, comparison.discrete.scene.title)
+    set_title(figure, discrete.scene.title)
     return figure
 
 
@@ -54,14 +67,21 @@ def _draw_profiles(axes: Axes, profiles: Profiles) -> None:
     axes.legend(frameon=False)
 
 
-def trade_figure(trade: Trials) -> Figure:
+def trade_figure(
+    title: str, runs: Sequence[tuple[SweepSetting, float, float]], front: Sequence[SweepSetting], own_error: float
+) -> Figure:
     """Error over CPU time of every setting, both logarithmic, numbered as in the list beside it; the line joins those
-    that no other beats in both."""
+    that no other beats in both.
+
+    Parameters
+    ----------
+    runs : trials with their CPU time (s) and the error that they promise
+    front : those that no other beats
+    own_error : of the reference
+    """
     figure = new_figure(12.5, 7.0)
     axes, side = figure.subplots(1, 2, width_ratios=[1.9, 1.0])
-    front = trade.pareto_front()
-    trials = [(trial, trial.cost.cpu, trade.promise(trial)) for trial in trade.trials if trial.cost is not None]
-    trials.sort(key=lambda entry: -entry[2])
+    trials = sorted(runs, key=lambda entry: -entry[2])
     colours = ["C3" if trial in front else "0.35" if trial.is_same_problem else "C0" for trial, _, _ in trials]
     _list(side, [textwrap.fill(trial.label, 66) for trial, _, _ in trials], colours)
     for (trial, x, y), colour in zip(trials, colours, strict=True):
@@ -69,10 +89,10 @@ def trade_figure(trade: Trials) -> Figure:
     steps = [(x, y) for trial, x, y in trials if trial in front]
     axes.loglog(*zip(*steps, strict=True), color="C3", linewidth=0.8, label="none is better in both")
     axes.loglog([], [], "s", color="C0", markersize=4, label="another problem: other model or material")
-    axes.axhline(trade.own_error, color="0.6", linestyle=":", label="error of the reference itself")
+    axes.axhline(own_error, color="0.6", linestyle=":", label="error of the reference itself")
     error = "largest relative error in peak, energy and curve, with that of the reference added"
     axes.set(xlabel="CPU time (s)", ylabel=error)
-    set_title(figure, trade.scene.title)
+    set_title(figure, title)
     axes.legend(frameon=False, loc="upper right")
     figure.draw_without_rendering()  # the layout moves the axes, and with them the points
     _number(axes, np.array([(x, y) for _, x, y in trials]), colours)

@@ -14,7 +14,7 @@ from ..arrays import Array
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
 from ..law.softening import SOFTENING
-from ..law.softening_branches import spent
+from ..law.softening_branches import fully_softened
 from ..law.softening_choice import curve_of, fixes_strength, normalized, softening_name, strength_and_energy
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def tables(law: CrackPlane) -> dict[str, tuple[str, Array]]:
 
 def save_figure(law: CrackPlane, path: Path) -> None:
     """The four panels as PNG."""
-    from ..results.figures import new_figure, save, set_title
+    from ..figures.drawing import new_figure, save, set_title
 
     figure = new_figure(10.0, 8.0)
     axes = figure.subplots(2, 2)
@@ -151,7 +151,7 @@ def softening_curves(concrete: Concrete, softening: Sequence[Any] = tuple(SOFTEN
     for choice in map(normalized, softening):
         ft, Gf = strength_and_energy(choice) if fixes_strength(choice) else (concrete.ft, concrete.Gf)
         curve = curve_of(choice, ft, Gf)
-        last = curve.end if np.isfinite(curve.end) else min(spent(curve), 6.0 * Gf / ft)
+        last = curve.end if np.isfinite(curve.end) else min(fully_softened(curve), 6.0 * Gf / ft)
         w = np.unique(np.concatenate([last * np.linspace(0.0, 1.0, 200) ** 2, getattr(curve, "kinks", ())]))
         result[softening_name(choice)] = np.stack([w, curve.stress(w)], axis=1)
     return result
@@ -168,7 +168,7 @@ def draw_softening(axes: Axes, concrete: Concrete, softening: Sequence[Any] = tu
 
 def save_softening_figure(concrete: Concrete, path: Path, softening: Sequence[Any] = tuple(SOFTENING)) -> None:
     """The curves of `draw_softening` as PNG."""
-    from ..results.figures import new_figure, save
+    from ..figures.drawing import new_figure, save
 
     figure = new_figure(6.0, 4.2)
     draw_softening(figure.subplots(), concrete, softening)

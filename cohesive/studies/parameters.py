@@ -1,9 +1,9 @@
-"""The knobs of a scene that trade accuracy for cost, and how their settings are carried from one scene to another."""
+"""The settings of a scene that trade accuracy for cost, and how their values are carried from one scene to another."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -13,7 +13,7 @@ from ..scenes.scene import Scene
 from ..solver.controls import control_of
 from ..solver.stages import Stage
 
-#: values by knob: a factor on what the scene has (the first five and "finer"), or the value itself
+#: values by setting: a factor on what the scene has (the first five and "finer"), or the value itself
 Settings = dict[str, Any]
 
 #: dotted keys of a scene
@@ -21,10 +21,10 @@ Changes = dict[str, Any]
 
 _FACTORS = ("crack size", "far size", "layers", "width", "steps", "finer")
 
-#: knobs that change the physics: they do not solve the same problem cheaper
+#: settings that change the physics: they do not solve the same problem cheaper
 PHYSICS = ("smoothing c_zn", "model")
 
-KNOBS = (
+SETTINGS = (
     "crack size", "far size", "layers", "order", "shape", "width", "quadrature", "steps", "step growth", "tolerance",
     "condensation", "half", *PHYSICS,
 )  # fmt: skip
@@ -33,20 +33,20 @@ KNOBS = (
 def label(settings: Settings) -> str:
     """Settings as words."""
 
-    def one(knob: str, value: Any) -> str:
+    def one(name: str, value: Any) -> str:
         if value is True:
-            return knob
-        return f"{knob} {'x ' if knob in _FACTORS else ''}{value if isinstance(value, str) else format(value, 'g')}"
+            return name
+        return f"{name} {'x ' if name in _FACTORS else ''}{value if isinstance(value, str) else format(value, 'g')}"
 
-    return ", ".join(one(knob, value) for knob, value in settings.items()) or "as it is"
+    return ", ".join(one(name, value) for name, value in settings.items()) or "as it is"
 
 
-def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
-    """Each knob turned alone; `knobs` names those that are turned, default: all that the scene has."""
-    wanted = KNOBS if knobs is None else tuple(knobs)
-    for knob in wanted:
-        if knob not in KNOBS:
-            raise SceneError(f"knobs: '{knob}' is unknown; expected some of {', '.join(KNOBS)}")
+def single(scene: Scene, names: Iterable[str] | None = None) -> list[Settings]:
+    """Each setting changed alone; `names` tells which, default: all that the scene has."""
+    wanted = SETTINGS if names is None else tuple(names)
+    for name in wanted:
+        if name not in SETTINGS:
+            raise SceneError(f"settings: '{name}' is unknown; expected some of {', '.join(SETTINGS)}")
     sizes = scene.sizes
     assert sizes is not None
     discrete = scene.model.kind == "discrete"
@@ -66,11 +66,11 @@ def single(scene: Scene, knobs: Iterable[str] | None = None) -> list[Settings]:
         "smoothing c_zn": tuple(c for c in (5.0, 9.0, 50.0) if c != scene.material.c_zn),
         "model": ("smeared" if discrete else "discrete",),
     }
-    found = [{knob: value} for knob in wanted for value in values[knob]]
-    return [settings for settings in found if _is_turned(scene, settings)]
+    found = [{name: value} for name in wanted for value in values[name]]
+    return [settings for settings in found if _is_changed(scene, settings)]
 
 
-def _is_turned(scene: Scene, settings: Settings) -> bool:
+def _is_changed(scene: Scene, settings: Settings) -> bool:
     """Whether settings change a scene, and to one that can be built; a far size below the crack size changes nothing."""
     keys = changes(scene, settings)
     try:
@@ -122,7 +122,7 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
     found |= _width(scene, like, settings, crack)
     found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
     changed = {key: value for key, value in found.items() if value != _current(scene, key)}
-    if "mesh.crack_size" in changed and "far_size" not in scene.data.get("mesh", {}):  # which would follow it
+    if "mesh.crack_size" in changed and scene.given("mesh.far_size") is None:  # which would follow it
         changed["mesh.far_size"] = found["mesh.far_size"]
     return changed
 
@@ -141,7 +141,7 @@ def _layers(scene: Scene, like: Scene, settings: Settings) -> Changes:
 
 
 def _width(scene: Scene, like: Scene, settings: Settings, crack: float) -> Changes:
-    """Width of the interface, after its own rule, or of the band: of square elements unless it is turned on its own.
+    """Width of the interface, after its own rule, or of the band: of square elements unless it is changed on its own.
     `crack` is the crack size, mm."""
     finer = settings.get("finer", 1.0)
     if not _has_width(scene):
@@ -188,7 +188,7 @@ def _current(scene: Scene, key: str) -> Any:
     return getattr(part[int(number[0])] if number else part, name)
 
 
-def _ways(stages: list[Stage]) -> list[float]:
+def _ways(stages: Sequence[Stage]) -> list[float]:
     """The longest way to a target of each stage, mm, N or N mm."""
     ways, last, control = [], 0.0, ""
     for stage in stages:

@@ -13,7 +13,7 @@ from contextlib import contextmanager, nullcontext
 
 from ..algebra import threads
 from ..errors import NotConverged, SceneError
-from ..results.result import Result
+from ..outcome.result import Result
 from ..scenes.scene import Scene
 from ..simulation import run
 

@@ -17,8 +17,9 @@ from meshing.errors import MeshError
 from ..algebra.threads import cores
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.prepared import Prepared, is_kept, prepare
-from ..results.files import make_folder, write_file, write_text
-from ..results.result import Result
+from ..outcome.result import Result
+from ..results.files import make_folder, write_file, write_table, write_text
+from ..scenes.reference import load_reference
 from ..scenes.scene import Scene
 from ..simulation import run
 from .pool import workers as processes
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 #: runs of the largest grid
 LARGEST = 10_000
 
-#: columns of the table after those of the varied keys, with their units
-MEASURES = {"peak": "N", "opening_at_peak": "mm", "dissipated": "N mm", "energy_error": "", "iterations": "", "seconds": "s"}
+#: units of the numbers of the table
+_UNITS = {"peak": "N", "dissipated": "N mm", "seconds": "s"}
 
 
 @dataclass(frozen=True)
@@ -55,14 +56,15 @@ class SweptRun:
         """Whether it came to its end."""
         return not self.reason
 
-    @property
-    def measures(self) -> dict[str, float]:
-        """The numbers of the table."""
+    def numbers(self, measure: str) -> dict[str, float]:
+        """The numbers of the table, with the place of the peak on a measure, a column of the history in mm."""
+        names = ("peak", f"{measure}_at_peak", "dissipated", "energy_error", "iterations", "seconds")
         r = self.result
         if r is None or not r.steps:
-            return dict.fromkeys(MEASURES, float("nan"))
-        numbers = (r.peak_load, r.opening_at_peak, r.dissipated_energy, r.energy_error, r.iterations, r.solution_time)
-        return dict(zip(MEASURES, map(float, numbers), strict=True))
+            return dict.fromkeys(names, float("nan"))
+        at = r.history[measure][r.peak_row]
+        numbers = (r.peak_load, at, r.dissipated_energy, r.energy_error, r.iterations, r.solution_time)
+        return dict(zip(names, map(float, numbers), strict=True))
 
 
 @dataclass(frozen=True)
@@ -88,20 +90,27 @@ class Sweep:
         return [each.result for each in self.runs]
 
     @property
+    def measure(self) -> str:
+        """The measure in charge, as "opening" or "cmod": that of the first run whose measure all of them have."""
+        begun = [each for each in self.results if each is not None]
+        return next((one.controlled for one in begun if all(one.controlled in other.history for other in begun)), "opening")
+
+    @property
     def table(self) -> dict[str, list[Any]]:
-        """Columns: the varied keys, `MEASURES`, and `reason`, empty for a run that came to its end."""
+        """Columns: the varied keys; peak (N) and where it comes on the measure in charge, as opening_at_peak or cmod_at_peak
+        (mm); dissipated (N mm), energy_error, iterations, seconds; and `reason`, empty for a run that came to its end."""
         found: dict[str, list[Any]] = {key: [each.values[key] for each in self.runs] for key in self.vary}
-        measures = [each.measures for each in self.runs]
-        found |= {name: [row[name] for row in measures] for name in MEASURES}
+        numbers = [each.numbers(self.measure) for each in self.runs]
+        found |= {name: [row[name] for row in numbers] for name in numbers[0]}
         return found | {"reason": [each.reason for each in self.runs]}
 
     def summary(self) -> str:
         """The table in words, and the notes."""
-        head = ["run", *self.vary, *(f"{name} ({unit})" if unit else name for name, unit in MEASURES.items())]
-        rows = [
-            [each.name, *(_text(value) for value in each.values.values()), *(_text(x) for x in each.measures.values())]
-            for each in self.runs
-        ]
+        units = _UNITS | {f"{self.measure}_at_peak": "mm"}
+        table = {name: column for name, column in self.table.items() if name != "reason"}
+        head = ["run", *(f"{name} ({units[name]})" if name in units else name for name in table)]
+        columns = (map(_text, column) for column in table.values())
+        rows = [list(row) for row in zip((each.name for each in self.runs), *columns, strict=True)]
         width = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
         lines = ["  ".join(cell.rjust(w) for cell, w in zip(row, width, strict=True)) for row in (head, *rows)]
         reasons = [f"{each.name}: {each.reason}" for each in self.runs if each.reason]
@@ -114,25 +123,17 @@ class Sweep:
         drawn = [
             (each.values, each.result, each.is_done) for each in self.runs if each.result is not None and each.result.steps
         ]
-        return sweep_figure(self.scene.title, self.vary, drawn)
+        return sweep_figure(self.scene.title, self.vary, self.measure, drawn)
 
     def save(self, folder: str | Path) -> None:
         """Write sweep.csv, sweep.txt and, if a run began, sweep.png; SceneError if the folder cannot be written."""
-        import csv
-        from io import StringIO
-
-        folder = Path(folder)
+        folder, table = Path(folder), self.table
         make_folder(folder)
-        text, table = StringIO(), self.table
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["run", *table])
-        writer.writerows(
-            zip((each.name for each in self.runs), *(map(_exact, column) for column in table.values()), strict=True)
-        )
-        write_file(folder / "sweep.csv", lambda path: write_text(path, text.getvalue()))
+        rows = zip((each.name for each in self.runs), *(map(_exact, column) for column in table.values()), strict=True)
+        write_table(folder / "sweep.csv", ["run", *table], rows)
         write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
         if any(result is not None and result.steps for result in self.results):
-            from ..results.figures import save  # with matplotlib
+            from ..figures.drawing import save  # with matplotlib
 
             write_file(folder / "sweep.png", partial(save, self.plot(), dpi=150))
 
@@ -200,10 +201,12 @@ def sweep(
     values = _checked(vary)
     tasks = _tasks(scene, values, None if output is None else Path(output), pictures)
     done: dict[str, SweptRun] = {}
+    reference = load_reference(scene)
+    notes = [*_notes(scene, values), *([] if reference is None else reference.notes)]
 
     def found() -> Sweep:
         left = (replace(task.run, reason="interrupted") for task in tasks)
-        return Sweep(scene, values, [done.get(each.name, each) for each in left], _notes(scene, values))
+        return Sweep(scene, values, [done.get(each.name, each) for each in left], notes)
 
     count = min(cores() if workers is None else workers, len(tasks))
     try:

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..results.figures import abscissa, draw_reference, new_figure, set_title
+from ..figures.drawing import abscissa, draw_reference, new_figure, set_title
 from ..results.run_data import RunData
 
 #: more values than these have a bar of colours in place of a legend
@@ -23,24 +23,26 @@ _STYLES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
 
 
 def sweep_figure(
-    title: str, vary: Mapping[str, Sequence[Any]], drawn: Sequence[tuple[dict[str, Any], RunData, bool]]
+    title: str, vary: Mapping[str, Sequence[Any]], measure: str, drawn: Sequence[tuple[dict[str, Any], RunData, bool]]
 ) -> Figure:
-    """Load over opening of all runs; a cross ends one that stopped.
+    """Load over the measure in charge of all runs; a cross ends one that stopped.
 
     Parameters
     ----------
     vary : values by key
+    measure : a column of all histories, mm
     drawn : for each run its own values by key, its data, and whether it came to its end
     """
     figure = new_figure(8.0, 5.2)
     axes = figure.add_subplot()
-    if not drawn[0][1].drives_both_ways:
-        draw_reference(axes, drawn[0][1].reference)
+    first = drawn[0][1]
+    if first.reference is not None and first.reference.against == measure and not first.drives_both_ways:
+        draw_reference(axes, first.reference)
     keys = list(vary)
     place = {key: {repr(value): i for i, value in enumerate(vary[key])} for key in keys}
     colour = _Colours(vary[keys[0]])
     for own, data, is_done in drawn:
-        what, x, load = abscissa(data)
+        what, x, load = abscissa(data, measure)
         style = "-" if len(keys) == 1 else _STYLES[place[keys[1]][repr(own[keys[1]])] % len(_STYLES)]
         shade = colour.of(place[keys[0]][repr(own[keys[0]])])
         axes.plot(x, load, style, color=shade, linewidth=1.2)

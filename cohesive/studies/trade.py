@@ -1,30 +1,31 @@
-"""Accuracy against cost: one scene with one knob turned at a time, then the promising settings together."""
+"""Accuracy against cost: one scene with one setting changed at a time, then the promising ones together."""
 
 from __future__ import annotations
 
 import csv
-import io
 import json
 import math
-from collections.abc import Callable, Iterable, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
 from meshing.errors import MeshError
 
 from ..errors import NotConverged, SceneError
-from ..results.files import make_folder, write_file, write_text
+from ..results.files import make_folder, write_file, write_table, write_text
 from ..scenes.scene import Scene
 from .curves import Curve, Pair
-from .parameters import Settings, changes, single
+from .parameters import Settings, changes, label, single
 from .pool import processes
-from .trials import ERRORS, MEASURES, Cost, Trial, Trials, errors, measured
+from .trials import ERRORS, MEASURES, Cost, SweepSetting, errors, measured
 
 #: errors for which the cheapest setting is named
 ACCURACIES = (0.05, 0.01, 0.002)
 
-#: a setting joins a combination for an accuracy if turned alone it loses no more than this part of it
+#: a setting joins a combination for an accuracy if changed alone it loses no more than this part of it
 _SHARE = 0.25
 
 #: and if it takes less than this part of the CPU time
@@ -37,9 +38,64 @@ _FINER = 4.0
 #: so many elements
 _FINER_IN_3D, _ON_CRACK = (1.5, 2.5), 350
 
+#: CPU times up to this ratio are alike: the machine has other things to do
+_ALIKE = 1.2
 
-class Trade(Trials):
-    """All trials of a scene (see `Trials`), a summary in words, and the files."""
+#: errors on another scene of the same kind are taken for larger by this factor
+_ELSEWHERE = 3.0
+
+
+@dataclass(frozen=True)
+class Trade:
+    """All trials of a scene, a summary in words, and the files.
+
+    Attributes
+    ----------
+    scene : Scene
+    reference : peak (N), at_peak (mm, of the measure in charge), energy (N mm) of the reference
+    own_error : of the reference: how far a run lies from it that is half as fine in everything
+    trials : list of SweepSetting, the scene as it is first, the reference last
+    """
+
+    scene: Scene
+    reference: dict[str, float]
+    own_error: float
+    trials: list[SweepSetting]
+
+    def pareto_front(self) -> list[SweepSetting]:
+        """Trials that no other one beats in both error and CPU time, cheapest first; those of another problem do not count."""
+        found: list[SweepSetting] = []
+        runs = [(trial.cost.cpu, trial.error, trial) for trial in self.trials if trial.cost and trial.is_same_problem]
+        for _, error, trial in sorted(runs, key=lambda entry: entry[:2]):
+            if not found or error < found[-1].error:
+                found.append(trial)
+        return found
+
+    def promise(self, trial: SweepSetting, elsewhere: bool = False) -> float:
+        """Error of a trial with that of the reference added.
+
+        With `elsewhere`, the error that its settings promise on another scene of the kind. Errors that cancel here may add
+        up there: a combination counts with what each of its settings loses alone, and all errors are taken for larger.
+        """
+        if not elsewhere:
+            return trial.error + self.own_error
+        error = trial.error
+        if len(trial.settings) > 1:
+            alone = {label(each.settings): each.error for each in self.trials}
+            parts = [label({name: value}) for name, value in trial.settings.items()]
+            base = alone["as it is"]
+            start = next((alone[part] for part in parts if part.startswith("finer")), base)
+            lost = sum(max(0.0, alone[part] - base) for part in parts if part in alone and not part.startswith("finer"))
+            error = max(error, start + lost)
+        return _ELSEWHERE * error + self.own_error
+
+    def cheapest(self, accuracy: float, elsewhere: bool = False) -> SweepSetting | None:
+        """The cheapest trial that promises at most this error; among those that are as cheap, the most accurate."""
+        runs = [(trial, trial.cost.cpu) for trial in self.trials if trial.cost and trial.is_same_problem]
+        good = [(trial, cpu) for trial, cpu in runs if self.promise(trial, elsewhere) <= accuracy]
+        fastest = min((cpu for _, cpu in good), default=0.0)
+        alike = [trial for trial, cpu in good if cpu <= _ALIKE * fastest]
+        return min(alike, key=lambda trial: self.promise(trial, elsewhere), default=None)
 
     def summary(self) -> str:
         """Table of all trials and the recommendations."""
@@ -69,29 +125,27 @@ class Trade(Trials):
 
     def save(self, folder: str | Path) -> None:
         """Write trade.csv, trade.png and trade.txt; SceneError if the folder cannot be written."""
-        from ..results.figures import save  # with matplotlib, which is slow to import
+        from ..figures.drawing import save  # with matplotlib, which is slow to import
         from .figures import trade_figure
 
+        runs = [(trial, trial.cost.cpu, self.promise(trial)) for trial in self.trials if trial.cost is not None]
+        figure = trade_figure(self.scene.title, runs, self.pareto_front(), self.own_error)
         folder = Path(folder)
         make_folder(folder)
-        write_file(folder / "trade.csv", lambda path: write_text(path, self._csv()))
-        write_file(folder / "trade.txt", lambda path: write_text(path, self.summary() + "\n"))
-        write_file(folder / "trade.png", lambda path: save(trade_figure(self), path))
-
-    def _csv(self) -> str:
-        """A comment with the scene and the reference, then one row for each trial."""
-        text = io.StringIO()
+        names = ["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "settings"]
         facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
-        text.write(f"# {json.dumps(facts)}\n")
-        rows = csv.writer(text, lineterminator="\n")
-        rows.writerow(["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "knobs"])
+        write_table(folder / "trade.csv", names, self._rows(), comment=json.dumps(facts))
+        write_file(folder / "trade.txt", lambda path: write_text(path, self.summary() + "\n"))
+        write_file(folder / "trade.png", lambda path: save(figure, path))
+
+    def _rows(self) -> Iterator[list[object]]:
+        """One row for each trial."""
         for trial in self.trials:
             found: list[object] = [""] * 9
             if trial.cost is not None:
                 found = [f"{e:.6g}" for e in (trial.error, *(trial.errors[name] for name in ERRORS))]
                 found += [f"{trial.cost.cpu:.4g}", f"{trial.cost.wall:.4g}", f"{trial.cost.memory:.4g}", trial.cost.iterations]
-            rows.writerow([trial.label, *found, trial.failure, json.dumps(trial.settings)])
-        return text.getvalue()
+            yield [trial.label, *found, trial.failure, json.dumps(trial.settings)]
 
     @classmethod
     def load(cls, path: str | Path) -> Trade:
@@ -106,7 +160,7 @@ class Trade(Trials):
                         found = {name: float(row[name]) for name in ERRORS}
                         cpu, wall, memory = (float(row[name]) for name in ("cpu_s", "wall_s", "memory_mb"))
                         cost = Cost(cpu, wall, memory, int(row["iterations"]))
-                    trials.append(Trial(json.loads(row["knobs"]), found, cost, row["failure"]))
+                    trials.append(SweepSetting(json.loads(row["settings"]), found, cost, row["failure"]))
             return cls(Scene(facts["scene"]), facts["reference"], float(facts["own_error"]), trials)
         except OSError as error:
             raise SceneError(f"'{path}': cannot be read: {error.strerror}") from None
@@ -117,10 +171,11 @@ class Trade(Trials):
 def trade(
     scene: Scene,
     executor: Executor | None = None,
-    on_trial: Callable[[Trial], None] | None = None,
+    on_trial: Callable[[SweepSetting], None] | None = None,
+    settings: Iterable[str] | None = None,
     knobs: Iterable[str] | None = None,
 ) -> Trade:
-    """Turn the knobs of a scene one at a time, then those that pay together.
+    """Change the settings of a scene one at a time, then those that pay together.
 
     Crack size, far size, layers, order, shape, interface width (or the band's), quadrature, number of steps and how far they
     may grow, Newton tolerance, condensation; the smoothing of contact and the other model, which change the physics. Errors
@@ -132,15 +187,19 @@ def trade(
     executor : runs the trials, as that of a Dask client does; default: one process for each core. If its workers run more
         than one trial, the memory of a trial is the largest so far.
     on_trial : called after each trial.
-    knobs : those that are turned, of `parameters.KNOBS`; default: all.
+    settings : those that are changed, of `parameters.SETTINGS`; default: all.
+    knobs : the old name of `settings`, for one release.
 
     Raises
     ------
     SceneError
-        For a mesh of the user's, which has no sizes to turn, or an unknown knob.
+        For a mesh of the user's, which has no sizes to change, or an unknown setting.
     NotConverged
         If the reference fails.
     """
+    if knobs is not None:
+        warnings.warn("trade(knobs=...) is now trade(settings=...)", DeprecationWarning, stacklevel=2)
+        settings = knobs if settings is None else settings
     if scene.sizes is None:
         raise SceneError(
             "specimen.kind = 'mesh': a trade measures against a finer mesh, which a file does not give; expected a built-in "
@@ -148,18 +207,18 @@ def trade(
             "specimen.kind",
         )
     bare = Scene({key: value for key, value in scene.data.items() if key not in ("reference", "output")}, scene.folder)
-    alone = single(bare, knobs)
+    alone = single(bare, settings)
     most = finest(bare)
     waiting: list[tuple[Settings, Future[tuple[Curve, Cost]]]] = []
     with processes() if executor is None else nullcontext(executor) as pool:
 
-        def submit(settings: Iterable[Settings]) -> None:
-            waiting.extend((each, pool.submit(measured, bare, each)) for each in settings)
+        def submit(several: Iterable[Settings]) -> None:
+            waiting.extend((each, pool.submit(measured, bare, each)) for each in several)
 
-        def done(begin: int) -> list[Trial]:
+        def done(begin: int) -> list[SweepSetting]:
             found = []
-            for settings, future in waiting[begin:]:
-                found.append(_trial(settings, future, reference))
+            for each, future in waiting[begin:]:
+                found.append(_trial(each, future, reference))
                 if on_trial is not None:
                     on_trial(found[-1])
             return found
@@ -180,18 +239,18 @@ def trade(
 
 
 def _values(reference: Curve) -> dict[str, float]:
-    """Peak (N), opening at the peak (mm) and energy (N mm) of the reference."""
+    """Peak (N), its place on the measure in charge (mm) and energy (N mm) of the reference."""
     energy = Pair.from_curves(reference, reference).energy(0)
-    return {"peak": reference.peak, "opening_at_peak": reference.opening_at_peak, "energy": energy}
+    return {"peak": reference.peak, "at_peak": reference.at_peak, "energy": energy}
 
 
-def _trial(settings: Settings, future: Future[tuple[Curve, Cost]], reference: Curve) -> Trial:
+def _trial(settings: Settings, future: Future[tuple[Curve, Cost]], reference: Curve) -> SweepSetting:
     """The trial of settings that were submitted, when it is done."""
     try:
         curve, cost = future.result()
     except (NotConverged, SceneError, MeshError) as error:
-        return Trial(settings, failure=str(error))
-    return Trial(settings, errors(curve, reference), cost)
+        return SweepSetting(settings, failure=str(error))
+    return SweepSetting(settings, errors(curve, reference), cost)
 
 
 def finest(scene: Scene) -> float:
@@ -209,10 +268,10 @@ def finest(scene: Scene) -> float:
     return round(min(most, max(least, math.sqrt(_ON_CRACK / elements))), 1)
 
 
-def combined(trials: Sequence[Trial], own_error: float, finer: Sequence[Trial]) -> list[Settings]:
+def combined(trials: Sequence[SweepSetting], own_error: float, finer: Sequence[SweepSetting]) -> list[Settings]:
     """Settings that are promising together, for each accuracy.
 
-    Each knob takes its cheapest value whose own loss leaves room for the others. They are turned on the scene as it is, or
+    Each setting takes its cheapest value whose own loss leaves room for the others. They are changed on the scene as it is, or
     on a finer one if that does not reach the accuracy.
     """
     base = trials[0]
@@ -221,15 +280,15 @@ def combined(trials: Sequence[Trial], own_error: float, finer: Sequence[Trial]) 
         start = next((each for each in (base, *finer) if each.error + own_error <= accuracy), None)
         if start is None or base.cost is None:
             continue
-        by_knob: dict[str, Trial] = {}
+        by_name: dict[str, SweepSetting] = {}
         for trial in trials[1:]:
             if not trial.is_same_problem or trial.cost is None or trial.error > base.error + _SHARE * accuracy:
                 continue
-            (knob,) = trial.settings
-            if trial.cost.cpu < min(_WORTH * base.cost.cpu, getattr(by_knob.get(knob), "cost", base.cost).cpu):
-                by_knob[knob] = trial
+            (name,) = trial.settings
+            if trial.cost.cpu < min(_WORTH * base.cost.cpu, getattr(by_name.get(name), "cost", base.cost).cpu):
+                by_name[name] = trial
         settings = dict(start.settings)
-        for trial in by_knob.values():
+        for trial in by_name.values():
             settings |= trial.settings
         if len(settings) > 1 and settings not in found:
             found.append(settings)

@@ -1,4 +1,4 @@
-"""The settings that were tried on one scene: what each costs, how far it errs, and which of them is worth it."""
+"""The settings that are tried on one scene: what each costs, and how far it errs."""
 
 from __future__ import annotations
 
@@ -19,16 +19,10 @@ from .parameters import PHYSICS, Settings, changes, label
 MEASURES = ("peak", "energy", "curve_distance")
 
 #: all that is measured
-ERRORS = ("peak", "opening_at_peak", "energy", "curve_distance")
+ERRORS = ("peak", "at_peak", "energy", "curve_distance")
 
 #: short runs are repeated for so many seconds, and the shortest counts
 REPEATED = 0.5
-
-#: CPU times up to this ratio are alike: the machine has other things to do
-_ALIKE = 1.2
-
-#: errors on another scene of the same kind are taken for larger by this factor
-_ELSEWHERE = 3.0
 
 
 @dataclass(frozen=True)
@@ -45,8 +39,8 @@ class Cost:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """One setting: the knobs that it turns, relative errors by measure, cost; or why it failed."""
+class SweepSetting:
+    """One run of a trade: the settings that it changes, relative errors by measure, cost; or why it failed."""
 
     settings: Settings
     errors: dict[str, float] = field(default_factory=dict)
@@ -66,60 +60,7 @@ class Trial:
     @property
     def is_same_problem(self) -> bool:
         """Whether model and material are those of the scene."""
-        return not any(knob in self.settings for knob in PHYSICS)
-
-
-@dataclass(frozen=True)
-class Trials:
-    """All trials of a scene.
-
-    Attributes
-    ----------
-    scene : Scene
-    reference : peak (N), opening_at_peak (mm), energy (N mm) of the reference
-    own_error : of the reference: how far a run lies from it that is half as fine in everything
-    trials : list of Trial, the scene as it is first, the reference last
-    """
-
-    scene: Scene
-    reference: dict[str, float]
-    own_error: float
-    trials: list[Trial]
-
-    def pareto_front(self) -> list[Trial]:
-        """Trials that no other one beats in both error and CPU time, cheapest first; those of another problem do not count."""
-        found: list[Trial] = []
-        runs = [(trial.cost.cpu, trial.error, trial) for trial in self.trials if trial.cost and trial.is_same_problem]
-        for _, error, trial in sorted(runs, key=lambda entry: entry[:2]):
-            if not found or error < found[-1].error:
-                found.append(trial)
-        return found
-
-    def promise(self, trial: Trial, elsewhere: bool = False) -> float:
-        """Error of a trial with that of the reference added.
-
-        With `elsewhere`, the error that its settings promise on another scene of the kind. Errors that cancel here may add
-        up there: a combination counts with what each of its settings loses alone, and all errors are taken for larger.
-        """
-        if not elsewhere:
-            return trial.error + self.own_error
-        error = trial.error
-        if len(trial.settings) > 1:
-            alone = {label(each.settings): each.error for each in self.trials}
-            parts = [label({knob: value}) for knob, value in trial.settings.items()]
-            base = alone["as it is"]
-            start = next((alone[part] for part in parts if part.startswith("finer")), base)
-            lost = sum(max(0.0, alone[part] - base) for part in parts if part in alone and not part.startswith("finer"))
-            error = max(error, start + lost)
-        return _ELSEWHERE * error + self.own_error
-
-    def cheapest(self, accuracy: float, elsewhere: bool = False) -> Trial | None:
-        """The cheapest trial that promises at most this error; among those that are as cheap, the most accurate."""
-        runs = [(trial, trial.cost.cpu) for trial in self.trials if trial.cost and trial.is_same_problem]
-        good = [(trial, cpu) for trial, cpu in runs if self.promise(trial, elsewhere) <= accuracy]
-        fastest = min((cpu for _, cpu in good), default=0.0)
-        alike = [trial for trial, cpu in good if cpu <= _ALIKE * fastest]
-        return min(alike, key=lambda trial: self.promise(trial, elsewhere), default=None)
+        return not any(name in self.settings for name in PHYSICS)
 
 
 def measured(scene: Scene, settings: Settings) -> tuple[Curve, Cost]:
@@ -156,11 +97,11 @@ def _peak_memory() -> float:
 
 
 def errors(curve: Curve, reference: Curve) -> dict[str, float]:
-    """Relative errors of a curve: in peak, opening at the peak, energy, and the curve distance."""
+    """Relative errors of a curve: in peak, place of the peak, energy, and the curve distance."""
     pair = Pair.from_curves(curve, reference)
     return {
         "peak": abs(curve.peak / reference.peak - 1.0),
-        "opening_at_peak": abs(curve.opening_at_peak / reference.opening_at_peak - 1.0),
+        "at_peak": abs(curve.at_peak / reference.at_peak - 1.0),
         "energy": abs(pair.energy(0) / pair.energy(1) - 1.0),
         "curve_distance": pair.between() / pair.under(1),
     }

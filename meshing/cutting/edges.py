@@ -28,10 +28,10 @@ def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
     slack = SLACK * float(np.ptp(points, axis=0).max())
     total, covered = path_length(name, lines), 0.0
     left: Point | None = None
-    found = [np.empty((0, 2), dtype=np.int64)]
+    directed = [np.empty((0, 2), dtype=np.int64)]
     segments = [(a, b, nodes_on_segment(points, a, b, slack)) for line in lines for a, b in pairwise(line)]
     if not segments:
-        return found[0]
+        return directed[0]
     cells = [(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in BULK_2D]
     star = Star.from_cells(touching(cells, np.any([inside for *_, inside in segments], axis=0), least=2)[0])
     _, first = np.unique(star.facet, return_index=True)
@@ -39,7 +39,7 @@ def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
     for a, b, inside in segments:
         on = edges[inside[edges].all(axis=1)]
         along = (points[on[:, 1]] - points[on[:, 0]]) @ (np.subtract(b, a) / math.dist(a, b))
-        found.append(np.where((along > 0)[:, None], on, on[:, ::-1]))
+        directed.append(np.where((along > 0)[:, None], on, on[:, ::-1]))
         covered += float(abs(along).sum())
         left = left or _first_gap(points[on], a, b)
     if abs(covered - total) > 1e-6 * total:
@@ -47,7 +47,7 @@ def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
             f"{name} path of length {total:g} mm: {covered:g} mm of it follow element edges inside the body"
             f"{'' if left is None else f', which it leaves at {as_text(left)}'}; expected all of it"
         )
-    return np.concatenate(found)
+    return np.concatenate(directed)
 
 
 def _first_gap(edges: Array, a: Point, b: Point) -> Point | None:

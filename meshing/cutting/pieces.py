@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..arrays import Index
 from ..cells import CELLS
-from .stars import Blocks, numbered
+from .stars import Blocks, distinct, numbered, owners
 
 
 def pieces(blocks: Blocks) -> Index:
@@ -18,18 +18,16 @@ def pieces(blocks: Blocks) -> Index:
 
     Elements that share single nodes only, in 3D an edge, are of different pieces: such a joint is a hinge.
     """
-    facets, owner, offset = [], [], 0
+    facets = []
     for kind, block in blocks:
         cell = CELLS[kind]
-        corners = block[:, np.array(cell.facets)[:, : cell.facet_corners]].reshape(-1, cell.facet_corners)
-        facets.append(corners)
-        owner.append(np.repeat(np.arange(offset, offset + len(block)), len(cell.facets)))
-        offset += len(block)
-    number, cells = _numbered_together(facets), np.concatenate(owner)
+        facets.append(block[:, np.array(cell.facets)[:, : cell.facet_corners]].reshape(-1, cell.facet_corners))
+    number, cells = _numbered_together(facets), owners(blocks, [len(CELLS[kind].facets) for kind, _ in blocks])
     order = np.argsort(number, kind="stable")
     beside = np.flatnonzero(number[order][1:] == number[order][:-1])
     rows, columns = cells[order[beside]], cells[order[beside + 1]]
-    graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(offset, offset))
+    count = sum(len(block) for _, block in blocks)
+    graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
     label = connected_components(graph, directed=False)[1]
     _, first, label = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)
@@ -42,8 +40,6 @@ def _numbered_together(facets: Sequence[Index]) -> Index:
     nodes, get numbers of their own."""
     corners = np.concatenate(facets)
     number = numbered(corners, directed=False)
-    ring = np.sort(corners, axis=1)
-    distinct = 1 + (ring[:, 1:] != ring[:, :-1]).sum(axis=1)
-    collapsed = np.flatnonzero(distinct < (2 if corners.shape[1] == 2 else 3))
+    collapsed = np.flatnonzero(distinct(corners) < min(corners.shape[1], 3))
     number[collapsed] = number.max(initial=0) + 1 + np.arange(len(collapsed))
     return number

@@ -41,7 +41,7 @@ def bulk_cells(mesh: meshio.Mesh) -> Blocks:
 
 
 def touching(cells: Sequence[tuple[str, Index]], nodes: Mask, least: int = 1) -> tuple[Blocks, list[Index]]:
-    """The cells with at least so many of some nodes, in their blocks, and which ones of each block they are."""
+    """The cells with at least `least` of some nodes, in their blocks, and which ones of each block they are."""
     chosen = []
     for _, block in cells:
         inside = nodes[block]
@@ -67,6 +67,18 @@ def numbered(corners: Index, directed: bool) -> Index:
     return np.asarray(number)
 
 
+def owners(cells: Sequence[tuple[str, Index]], parts: Sequence[int]) -> Index:
+    """The cell of each part, in blocks whose cells have `parts` of them each; cells numbered over all blocks."""
+    count = [len(block) for _, block in cells]
+    return np.repeat(np.arange(sum(count)), np.repeat(parts, count))
+
+
+def distinct(rows: Index) -> Index:
+    """How many different numbers each row has."""
+    ordered = np.sort(rows, axis=1)
+    return np.asarray(1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1))
+
+
 @dataclass(frozen=True)
 class Star:
     """Incidences of cells and facets: one row for each facet of each bulk cell."""
@@ -79,14 +91,10 @@ class Star:
     @classmethod
     def from_cells(cls, cells: Sequence[tuple[str, Index]]) -> Star:
         """The star of blocks whose facets have the same number of nodes."""
-        owner, nodes, offset = [], [], 0
-        for kind, block in cells:
-            facets = np.array(CELLS[kind].facets)
-            nodes.append(block[:, facets].reshape(-1, facets.shape[1]))
-            owner.append(np.repeat(np.arange(offset, offset + len(block)), len(facets)))
-            offset += len(block)
-        rows, k = np.concatenate(nodes), CELLS[cells[0][0]].facet_corners
-        return cls(np.concatenate(owner), numbered(rows[:, :k], directed=False), rows, k)
+        facets = [np.array(CELLS[kind].facets) for kind, _ in cells]
+        rows = np.concatenate([block[:, at].reshape(-1, at.shape[1]) for (_, block), at in zip(cells, facets, strict=True)])
+        k = CELLS[cells[0][0]].facet_corners
+        return cls(owners(cells, [len(at) for at in facets]), numbered(rows[:, :k], directed=False), rows, k)
 
     def find(self, directed: Index) -> Index:
         """Rows of facets, corners (n, k) in that direction or sense; -1 for one that there is not."""
@@ -125,7 +133,8 @@ class Star:
         is_cut = np.isin(self.facet, cut)
         touched = np.zeros(n_nodes, dtype=bool)
         touched[self.nodes[is_cut].ravel()] = True
-        node_of, cell_of = _incidences(cells)
+        node_of = np.concatenate([block.ravel() for _, block in cells])
+        cell_of = owners(cells, [block.shape[1] for _, block in cells])
         at = np.flatnonzero(touched[node_of])
         group = self._groups(is_cut, touched, cell_of[at] * n_nodes + node_of[at])
 
@@ -164,13 +173,3 @@ class Star:
         rows, columns = (np.concatenate(side) for side in zip(*joined, strict=True))
         graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(key), len(key)))
         return np.asarray(connected_components(graph, directed=False)[1])
-
-
-def _incidences(cells: Sequence[tuple[str, Index]]) -> tuple[Index, Index]:
-    """Node and cell of each entry of some blocks, cells numbered over all blocks."""
-    nodes, owner, offset = [], [], 0
-    for _, block in cells:
-        nodes.append(block.ravel())
-        owner.append(np.repeat(np.arange(offset, offset + len(block)), block.shape[1]))
-        offset += len(block)
-    return np.concatenate(nodes), np.concatenate(owner)

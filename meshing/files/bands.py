@@ -38,7 +38,7 @@ def read_band_mesh(
     cells : name of the set of elements that form the band; None: those beside the crack, or all, which may crack anywhere.
     along : (2,) direction of the crack path, of any length. A row runs from end to end so that (end - start) . along > 0;
         without it, or across it, from the end with the smaller x, then y.
-    regions : names of sets of elements that never crack, see `meshing.files.region_numbers`.
+    regions : names of sets of elements that never crack, see `reading.region_numbers`.
     crack : without `cells`, the crack as `read_mesh` takes it; the elements on its plus side that touch it form the band.
 
     Returns
@@ -86,7 +86,8 @@ def read_band_mesh(
     if is_banded:
         rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
     if rows is not None:
-        clean, bulk, band = _with_rows(clean, bulk, rows)
+        clean, bulk, rows = _with_rows(clean, bulk, rows)
+        band = [(band[0][0], rows)]
     cell_sets = {"body": [np.arange(len(block)) for _, block in bulk] + [nothing for _ in band]}
     for name, present in (("band", bool(band)), ("row", rows is not None)):
         if present:
@@ -135,7 +136,7 @@ def _parted(blocks: Blocks, members: Sequence[Index]) -> tuple[Blocks, Blocks]:
 
 def _rows(points: Array, bulk: Blocks, band: Blocks, along: Array | None) -> Index | None:
     """The band's cells row after row, each [a-, b-, b+, a+(, mid-, mid b, mid+, mid a)]; None if they are not rows."""
-    if not band or any(kind not in ("quad", "quad8") for kind, _ in band):
+    if not band or any(CELLS[kind].dimension == 3 or not CELLS[kind].is_row_cell for kind, _ in band):
         return None
     cells = np.concatenate([block for _, block in band])
     corners: list[list[int]] = cells[:, :4].tolist()
@@ -201,10 +202,10 @@ def _directed(
     return row if forward else [(i, (k + 2) % 4) for i, k in reversed(row)]
 
 
-def _with_rows(mesh: meshio.Mesh, bulk: Blocks, rows: Index) -> tuple[meshio.Mesh, Blocks, Blocks]:
+def _with_rows(mesh: meshio.Mesh, bulk: Blocks, rows: Index) -> tuple[meshio.Mesh, Blocks, Index]:
     """A mesh of nodes and point sets, the bulk and the band, all without the mid nodes across the rows."""
     if rows.shape[1] == 4:
-        return mesh, bulk, [("quad", rows)]
+        return mesh, bulk, rows
     across, beside = rows[:, [5, 7]].ravel(), rows[:, [[1, 2], [3, 0]]].reshape(-1, 2)
     rows = rows[:, [0, 1, 2, 3, 4, 1, 6, 3]]
     used = np.unique(np.concatenate([*(block.ravel() for _, block in bulk), rows.ravel()]))
@@ -219,5 +220,5 @@ def _with_rows(mesh: meshio.Mesh, bulk: Blocks, rows: Index) -> tuple[meshio.Mes
     return (
         meshio.Mesh(mesh.points[used], [], point_sets=sets),
         [(kind, index[block]) for kind, block in bulk],
-        [("quad8", index[rows])],
+        index[rows],
     )

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from ..arrays import Array, Index, Mask
 from ..cells import CELLS
 from ..cutting.pieces import pieces
-from ..cutting.stars import Blocks, Star, numbered
+from ..cutting.stars import Blocks, Star, distinct, numbered
 from ..errors import MeshError
 from ..paths import as_text
 
@@ -118,7 +118,7 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
     corners = star.nodes[:, : star.corners]
     what = "an edge" if star.corners == 2 else "a face"
     directed = numbered(corners, directed=True)
-    twice = np.flatnonzero((np.bincount(directed)[directed] > 1) & (_distinct(corners) >= min(star.corners, 3)))
+    twice = np.flatnonzero((np.bincount(directed)[directed] > 1) & (distinct(corners) >= min(star.corners, 3)))
     if len(twice):
         one, other = star.cell[np.flatnonzero(directed == directed[twice[0]])[:2]].tolist()
         raise MeshError(
@@ -141,28 +141,22 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
         )
 
 
-def _distinct(rows: Index) -> Index:
-    """How many different numbers each row has."""
-    ordered = np.sort(rows, axis=1)
-    return np.asarray(1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1))
-
-
 def _check_overlaps(file: str, named: _Named, star: Star, single: Index) -> None:
     """Refuse points just inside the boundary that belong to a second element."""
     elements = _Convex.from_blocks(named.points, named.blocks)
     corners = named.points[star.nodes[single, : star.corners]]
     middle = corners.mean(axis=1)
-    found: set[tuple[int, int]] = set()
+    pairs: set[tuple[int, int]] = set()
     for at in (middle, *(0.1 * middle + 0.9 * corners[:, i] for i in range(star.corners))):
         inside = at + _INSIDE * (elements.centre[star.cell[single]] - at)
         for point, element in elements.around(inside):
             hit = element != star.cell[single][point]
             hit[hit] = elements.contain(element[hit], inside[point[hit]])
-            found |= set(zip(star.cell[single][point[hit]].tolist(), element[hit].tolist(), strict=True))
-    if found:
-        one, other = min(found)
+            pairs |= set(zip(star.cell[single][point[hit]].tolist(), element[hit].tolist(), strict=True))
+    if pairs:
+        one, other = min(pairs)
         raise MeshError(
-            f"file = '{file}': {named.text(one)} lies on {named.text(other)}, {len({i for i, _ in found})} elements at the "
+            f"file = '{file}': {named.text(one)} lies on {named.text(other)}, {len({i for i, _ in pairs})} elements at the "
             "boundary in all overlap others; expected elements side by side",
             "file",
         )
@@ -256,12 +250,12 @@ def _not_joined(file: str, named: _Named, star: Star, single: Index) -> list[str
 def _on_facets(points: Array, nodes: Index, corners: Index) -> Mask:
     """Which nodes lie on facets, corners (n, k), that do not have them: within them, or on an edge in space."""
     ring = points[corners]
-    centre, found = ring.mean(axis=1), np.zeros(len(nodes), dtype=bool)
+    centre, is_on = ring.mean(axis=1), np.zeros(len(nodes), dtype=bool)
     radius = np.linalg.norm(ring - centre[:, None], axis=2).max(axis=1)
     near = cKDTree(points[nodes]).query_ball_point(centre, radius * (1 + _ON))
     count = np.array([len(each) for each in near])
     if not count.any():
-        return found
+        return is_on
     facet = np.repeat(np.arange(len(corners)), count)
     node = np.concatenate([each for each in near if each]).astype(np.int64)
     strange = ~(corners[facet] == nodes[node][:, None]).any(axis=1)
@@ -271,13 +265,13 @@ def _on_facets(points: Array, nodes: Index, corners: Index) -> Mask:
     if points.shape[1] == 2:
         along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
         off = abs(along[:, 0] * (p - a)[:, 1] - along[:, 1] * (p - a)[:, 0])
-        found[node[off < _ON * size]] = True
-        return found
+        is_on[node[off < _ON * size]] = True
+        return is_on
     normal = np.cross(b - a, ring[facet, 2] - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     on = abs(np.einsum("kd,kd->k", normal, p - a)) < _ON * size
     for i in range(corners.shape[1]):
         start, end = ring[facet, i], ring[facet, (i + 1) % corners.shape[1]]
         on &= np.einsum("kd,kd->k", np.cross(normal, end - start), p - start) > -_ON * size**2
-    found[node[on]] = True
-    return found
+    is_on[node[on]] = True
+    return is_on

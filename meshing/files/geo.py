@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
 from ..errors import MeshError
 from ..generation.outline import Outline
 from ..generation.session import session
-from ..paths import Line, Point
+from ..paths import Line, Point, signed_area
 
 #: straight sides in place of a curved one
 _CHORDS = 24
@@ -47,8 +46,7 @@ def read_outline(path: Path) -> Outline:
             ]
             for _, group in gmsh.model.getPhysicalGroups(0)
         }
-    area = sum(a[0] * b[1] - a[1] * b[0] for a, b in pairwise(corners))
-    return Outline(corners[:-1] if area > 0 else corners[:0:-1], [], nodes=nodes, edges=edges)
+    return Outline(corners[:-1] if signed_area(corners) > 0 else corners[:0:-1], [], nodes=nodes, edges=edges)
 
 
 def _chords(gmsh: ModuleType, tag: int) -> list[Point]:

@@ -56,12 +56,12 @@ def read_mesh(path: str | Path, crack: Crack, regions: Sequence[str] = ()) -> me
     mesh = load(path)
     cells, sets = named_sets(mesh)
     clean, index, kept = checked(path, mesh, sets)
-    found = insert_cracks(clean, crack_facets(clean, crack, cells, index, sets))
-    found.info = clean.info
+    cut = insert_cracks(clean, crack_facets(clean, crack, cells, index, sets))
+    cut.info = clean.info
     if regions:
         numbers = region_numbers(mesh, kept, regions)
-        found.cell_data["region"] = [*numbers, np.zeros(len(found.cells[-1]), dtype=np.int64)]
-    return found
+        cut.cell_data["region"] = [*numbers, np.zeros(len(cut.cells[-1]), dtype=np.int64)]
+    return cut
 
 
 def crack_facets(
@@ -108,11 +108,11 @@ def region_numbers(mesh: meshio.Mesh, kept: Sequence[int], regions: Sequence[str
         at = [members[name][i] for i in kept] if name in members else []
         if not sum(map(len, at)):
             raise MeshError(f"regions.{name}: the file has no such set of elements; it has {listed(members)}", "regions")
-        for found, own in zip(numbers, at, strict=True):
-            if found[own].any():
-                other = regions[int(found[own].max()) - 1]
+        for in_block, own in zip(numbers, at, strict=True):
+            if in_block[own].any():
+                other = regions[int(in_block[own].max()) - 1]
                 raise MeshError(f"regions.{name}: it shares elements with regions.{other}; expected separate sets", "regions")
-            found[own] = number
+            in_block[own] = number
     return numbers
 
 

@@ -107,7 +107,7 @@ def mesh_block(
     MeshError
         Naming the key of sizes that does not fit, or the point outside the body.
     """
-    if sizes.shape != "triangle":
+    if sizes.has_quads:
         raise MeshError(f"mesh.shape = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'", "mesh.shape")
     half = np.array(sides) / 2
     check_not_layered(sizes)
@@ -126,12 +126,12 @@ def mesh_block(
         opened = [face for faces in image[1 : 1 + len(notch)] for face in faces]
         faces = [face for faces in image[1 + len(notch) :][: len(surface)] for face in faces if face not in opened]
         mesh = collect(gmsh, [*opened, *faces], dimension=3)
-    triangles = [block.data for block in mesh.cells if block.type == "triangle"]
+    triangles = [block.data for block in mesh.cells if block.dim == 2]
     slit, cut = (
         facing(mesh.points, np.concatenate([np.empty((0, 3), dtype=np.int64), *some]), crack.normal)
         for some in (triangles[: len(opened)], triangles[len(opened) :])
     )
-    mesh.cells = [block for block in mesh.cells if block.type == "tetra"]
+    mesh.cells = [block for block in mesh.cells if block.dim == 3]
     mesh.point_sets = {name: np.array([nearest(mesh, name, p)]) for name, p in (nodes or {}).items()}
     mesh.point_sets |= _faces_of_block(mesh.points, half)
     if sizes.order == 2:

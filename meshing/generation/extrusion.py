@@ -104,7 +104,7 @@ def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshi
         if tetrahedra:
             blocks.append(("tetra", _prisms_split(cells, m, n)))
         else:
-            ring = cells if cells.shape[1] == 4 else cells[:, [0, 1, 2, 2]]
+            ring = cells if cells.shape[1] == 4 else cells[:, CELLS["triangle"].as_cube]
             columns, up = ring[:, [0, 1, 1, 0, 3, 2, 2, 3]], m * np.array([1, 1, 0, 0, 1, 1, 0, 0])
             blocks.append(("hexahedron", np.concatenate([columns + up + k * m for k in range(n)])))
         copies.append(np.arange(n * (3 if tetrahedra else 1))[:, None] * len(cells))
@@ -122,7 +122,7 @@ def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshi
 
 def _uncut(outline: Outline, sizes: MeshSizes, thickness: float, conforming: bool) -> tuple[meshio.Mesh, Index, Index]:
     """The uncut 3D mesh, and the faces of crack and slits."""
-    tetrahedra = sizes.shape == "triangle"
+    tetrahedra = not sizes.has_quads
     if not tetrahedra and sizes.order == 2:
         raise MeshError(
             "mesh.order = 2: hexahedra are of first order; expected 1, or mesh.shape = 'triangle' for tetrahedra", "mesh.order"
@@ -198,6 +198,6 @@ def with_mid_nodes(mesh: meshio.Mesh) -> meshio.Mesh:
         sets[name] = np.concatenate([nodes, len(mesh.points) + np.flatnonzero(inside)])
     return meshio.Mesh(
         np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)]),
-        [("tetra10", np.concatenate([block, mid], axis=1)) for block, mid in zip(cells, mids, strict=True)],
+        [(CELLS["tetra"].second_order, np.concatenate([block, mid], axis=1)) for block, mid in zip(cells, mids, strict=True)],
         point_sets=sets,
     )

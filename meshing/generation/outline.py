@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..paths import SLACK, Line, Point, nodes_on_segment
+from ..paths import SLACK, Line, Point, nodes_on_segment, signed_area
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,7 @@ class Outline:
     @property
     def area(self) -> float:
         """Area inside the corners, mm^2."""
-        x, y = np.asarray(self.corners, dtype=float).T
-        return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+        return abs(signed_area(self.corners))
 
     @property
     def slack(self) -> float:

@@ -86,7 +86,7 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
             _, image = occ.fragment([face], tools)
         occ.synchronize()
         # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
-        is_quad = sizes.shape == "quad"
+        is_quad = sizes.has_quads
         times = halvings(outline, sizes)
         factor = 2.0 ** (times + is_quad)
         if conforming:
@@ -120,8 +120,8 @@ def nearest(mesh: meshio.Mesh, name: str, point: Sequence[float]) -> int:
 def edge_sets(mesh: meshio.Mesh, edges: Mapping[str, Sequence[Point]]) -> dict[str, Index]:
     """Point sets of the nodes on polylines along the outline."""
     slack = SLACK * float(np.ptp(mesh.points, axis=0).max())
-    found = {}
+    sets = {}
     for name, line in edges.items():
         on = [nodes_on_segment(mesh.points, a, b, slack) for a, b in pairwise(line)]
-        found[name] = np.flatnonzero(np.any(on, axis=0))
-    return found
+        sets[name] = np.flatnonzero(np.any(on, axis=0))
+    return sets

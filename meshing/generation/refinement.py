@@ -4,28 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 
 import meshio
 import numpy as np
 
 from ..arrays import Array, Index
 from ..cells import CELLS
+from ..paths import segment_lengths
 from .outline import Outline
 from .sizes import MeshSizes, expected_cells
 
 #: a mesh with more nodes is made with twice the element size and halved once, with more than twice as many halved twice
 WHOLE_UP_TO = 20_000
 
-#: each segment of the crack path has at least so many elements before they are halved
+#: least number of elements on each segment of the crack path before they are halved
 _LEAST_ON_SEGMENT = 2
-
-#: corners of the parts of a cell, by its corners 0, 1, ..., then the middles of its edges, then its centre
-_CHILDREN = {
-    "triangle": ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
-    "quad": ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3)),
-}
-_SECOND_ORDER = {"triangle": "triangle6", "quad": "quad8"}
 
 #: where a point of a curve belongs: (curve, (n, 2) points beside it) -> (n, 2)
 Projection = Callable[[int, Array], Array]
@@ -33,7 +26,7 @@ Projection = Callable[[int, Array], Array]
 
 def halvings(outline: Outline, sizes: MeshSizes) -> int:
     """How often a mesh of 2D cells is to be halved: 0 for one that gmsh makes at its sizes, at most 2."""
-    lengths = [math.dist(a, b) for line in outline.crack for a, b in pairwise(line)]
+    lengths = segment_lengths(outline.crack)
     nodes = 1.15 * expected_cells(sizes, outline.area, sum(lengths), 2)  # 2 / 3**0.5: of equilateral triangles
     on_segment = min(lengths, default=math.inf) / sizes.crack_size
     wanted = sum(nodes > times * WHOLE_UP_TO for times in (1, 2))
@@ -68,16 +61,16 @@ def halved(mesh: meshio.Mesh, curves: Mapping[int, Index], project: Projection, 
         divided = []
         for (kind, cells), mid in zip(blocks, mids, strict=True):
             nodes = np.concatenate([cells, mid], axis=1)
-            if kind == "quad":
+            children = np.array(CELLS[kind].children)
+            if children.max() == nodes.shape[1]:
                 nodes = np.concatenate([nodes, len(points) + np.arange(len(cells))[:, None]], axis=1)
                 points = np.concatenate([points, points[mid].mean(axis=1)])
-            children = np.array(_CHILDREN[kind])
             divided.append((kind, nodes[:, children].reshape(-1, children.shape[1])))
         blocks = divided
     if order == 2:
         points, mids, _ = _with_middles(points, blocks, curves, project)
         blocks = [
-            (_SECOND_ORDER[kind], np.concatenate([cells, mid], axis=1))
+            (CELLS[kind].second_order, np.concatenate([cells, mid], axis=1))
             for (kind, cells), mid in zip(blocks, mids, strict=True)
         ]
     return meshio.Mesh(points, blocks)

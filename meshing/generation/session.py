@@ -125,7 +125,7 @@ def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor:
     field.setNumber(distance, "Sampling", 200)
     growth = max(GROWTH, min(_MOST_GROWTH, (factor / 2 if is_divided else factor) * GROWTH))
     size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size, growth)
-    if sizes.shape == "quad":
+    if sizes.has_quads:
         option("Mesh.Algorithm", 8)
         option("Mesh.RecombineAll", 1)
         option("Mesh.RecombinationAlgorithm", 1)

@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ..cells import CELLS, CellType
 from ..errors import MeshError
 from ..keys import check_keys, key
 
 #: growth of the element size with the distance from the path
 GROWTH = 0.25
+
+#: values of the key `mesh.shape`, types of 2D cells, and the 3D cells that they stand for
+SHAPES = {"triangle": "tetra", "quad": "hexahedron"}
 
 #: more elements along a crack, or in a body, than any of these cases needs or a machine holds
 _MOST_ALONG, _MOST_IN_ALL = 1e5, 2e7
@@ -34,9 +38,7 @@ class MeshSizes:
     far_size: float = key(
         "element size far from the crack path; default: 8 times crack_size", unit="mm", above=0, by_rule=True
     )
-    shape: str = key(
-        "shape of the elements; in 3D they stand for tetrahedra and hexahedra", "triangle", one_of=("triangle", "quad")
-    )
+    shape: str = key("shape of the elements; in 3D they stand for tetrahedra and hexahedra", "triangle", one_of=tuple(SHAPES))
     order: int = key("order of the elements; hexahedra are of first order", 1, at_least=1, at_most=2)
     layers: int | None = key(
         "elements through the thickness of an extruded specimen, refused by any other; default: as thick as far_size",
@@ -51,6 +53,16 @@ class MeshSizes:
                 raise MeshError(f"{name} = inf: expected a finite number above 0, in mm", name)
         if self.far_size < self.crack_size:
             raise MeshError(f"far_size = {self.far_size!r}: expected at least crack_size = {self.crack_size!r}", "far_size")
+
+    @property
+    def has_quads(self) -> bool:
+        """Whether the elements are quadrilaterals or hexahedra."""
+        return self.shape == "quad"
+
+    def cell_type(self, dimension: int) -> CellType:
+        """Type of the cells of a body."""
+        cell = CELLS[self.shape if dimension == 2 else SHAPES[self.shape]]
+        return CELLS[cell.second_order] if self.order == 2 else cell
 
     def layers_through(self, thickness: float) -> int:
         """Number of elements through a thickness, mm."""

@@ -1,25 +1,25 @@
-"""What every specimen says of itself: geometry and meshes, where it is held, driven and measured, its symmetry."""
+"""What every specimen states: geometry and meshes, supports, drives, gauges, symmetry. It solves nothing."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
 import meshio
 
+from ..cells import CELLS
 from ..errors import MeshError
 from ..generation.band import mesh_band
 from ..generation.extrusion import check_band_order, mesh_prism, mesh_prism_band, mesh_prism_body
 from ..generation.outline import Outline
 from ..generation.polygon import mesh_body, mesh_polygon
-from ..generation.sizes import MeshSizes, expected_cells
+from ..generation.sizes import SHAPES, MeshSizes, expected_cells
 from ..keys import check_keys
-from ..paths import Line, Point
+from ..paths import Line, Point, segment_lengths
 from ..paths import path_length as length_of_path
 
 #: name of a point set of the mesh, or a point that is a node
@@ -28,9 +28,6 @@ Direction = tuple[float, ...]
 
 #: name of the gauge that measures `opening` and `sliding`
 MAIN_GAUGE = "opening"
-
-#: nodes for each square of the element size, by shape and order: from meshes; the least would be 1.15 corners of triangles
-_NODES = {("triangle", 1): 1.25, ("triangle", 2): 5.0, ("quad", 1): 1.5, ("quad", 2): 4.5}
 
 #: nodes of tetrahedra, and of triangles, of second order over those of first order
 _MORE_IN_TETRAHEDRA, _MORE_IN_TRIANGLES = 7.0, 4.0
@@ -137,7 +134,7 @@ class Specimen(ABC):
     #: dimensions in which it can be modelled; none: a mesh of the user's tells
     dimensions: ClassVar[tuple[int, ...]] = (2,)
     #: shapes of elements, see `MeshSizes`
-    shapes: ClassVar[tuple[str, ...]] = ("triangle", "quad")
+    shapes: ClassVar[tuple[str, ...]] = tuple(SHAPES)
     #: elements along the crack on the mesh that is chosen by rule
     elements_along: ClassVar[int] = 25
     #: whether [mesh] gives its element sizes
@@ -167,7 +164,7 @@ class Specimen(ABC):
         """A MeshError that names the key, if these sizes give no crack band."""
 
     @abstractmethod
-    def held(self, *, half: bool = False) -> list[Support]:
+    def held(self, *, half: bool = False) -> Sequence[Support]:
         """Where it is held."""
 
     @abstractmethod
@@ -188,7 +185,7 @@ class Specimen(ABC):
         """Further forces, by name, as multiples of the load: each has a column of its name."""
         return {}
 
-    def pressures(self) -> list[Pressure]:
+    def pressures(self) -> Sequence[Pressure]:
         """Pressures on its faces."""
         return []
 
@@ -205,7 +202,7 @@ class Specimen(ABC):
         return None
 
     @property
-    def paths(self) -> list[Line]:
+    def paths(self) -> Sequence[Line]:
         """The crack path; empty for a crack that no path describes."""
         return []
 
@@ -230,7 +227,7 @@ class Specimen(ABC):
         return math.sqrt(area) if self.thickness is None else area / self.thickness
 
     @property
-    def starts(self) -> list[tuple[Point, Point]]:
+    def starts(self) -> Sequence[tuple[Point, Point]]:
         """Ends of the notches, from each of which one crack may grow, and the directions of the notches there."""
         return []
 
@@ -238,7 +235,7 @@ class Specimen(ABC):
         """Whether there are notches, and no crack path begins or ends in one."""
         return False
 
-    def held_across(self, plane: str) -> list[Support]:
+    def held_across(self, plane: str) -> Sequence[Support]:
         """What holds a 2D specimen along its thickness when it is extruded, in plane "strain" or "stress"."""
         return []
 
@@ -269,7 +266,7 @@ class PlaneSpecimen(Specimen):
 
     @property
     @abstractmethod
-    def paths(self) -> list[Line]:
+    def paths(self) -> Sequence[Line]:
         """The crack path."""
 
     @property
@@ -283,20 +280,20 @@ class PlaneSpecimen(Specimen):
         return self.path_length * self.thickness
 
     @property
-    def tips(self) -> list[Point]:
+    def tips(self) -> Sequence[Point]:
         """Centres of the notches' ends."""
         return []
 
     @property
-    def starts(self) -> list[tuple[Point, Point]]:
+    def starts(self) -> Sequence[tuple[Point, Point]]:
         """The ends of the notches at which a path begins or ends, and the directions of these paths there."""
-        found = []
+        ends = []
         for line in self.paths:
             for (x, y), (x1, y1) in ((line[0], line[1]), (line[-1], line[-2])):
                 length = math.dist((x, y), (x1, y1))
                 if any(math.dist((x, y), tip) < 1e-6 for tip in self.tips):
-                    found.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
-        return found
+                    ends.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
+        return ends
 
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""
@@ -311,10 +308,11 @@ class PlaneSpecimen(Specimen):
     def expected_nodes(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> tuple[float, float]:
         """About how many nodes a mesh will have, in all and on each face of the crack."""
         outline = self.outline(half)
-        length = sum(math.dist(a, b) for line in outline.crack for a, b in pairwise(line))
+        length = sum(segment_lengths(outline.crack))
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
-        flat = flat * _NODES[sizes.shape, sizes.order if dimension == 2 else 1] + along
+        cell = sizes.cell_type(2) if dimension == 2 else CELLS[sizes.shape]
+        flat = flat * cell.density + along
         if dimension == 2:
             return flat, sizes.order * along
         through = sizes.layers_through(self.thickness) + 1
@@ -330,7 +328,7 @@ class PlaneSpecimen(Specimen):
         return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
-        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.band.mesh_band`."""
+        """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
         if dimension == 3:
             return mesh_prism_band(self.outline(), sizes, width, self.thickness)
         return mesh_band(self.outline(), sizes, width)
@@ -341,12 +339,12 @@ class PlaneSpecimen(Specimen):
             check_band_order(sizes)
 
     def mesh_body(self, sizes: MeshSizes, *, dimension: int = 2) -> meshio.Mesh:
-        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.generation.polygon.mesh_body`."""
+        """Mesh for cracks that may form anywhere, fine near the path; see `meshing.mesh_body`."""
         if dimension == 3:
             return mesh_prism_body(self.outline(), sizes, self.thickness)
         return mesh_body(self.outline(), sizes)
 
-    def held_across(self, plane: str) -> list[Support]:
+    def held_across(self, plane: str) -> Sequence[Support]:
         """Both faces in plane "strain", else one node."""
         return [Support(name, _ACROSS) for name in (("back", "front") if plane == "strain" else ("pin",))]
 
@@ -375,6 +373,6 @@ def polylines(crack: Any) -> list[Line]:
     raise MeshError(f"crack = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists", "crack")
 
 
-def without_repeats(corners: list[Point]) -> list[Point]:
+def without_repeats(corners: Sequence[Point]) -> list[Point]:
     """Corners of a polygon, equal neighbours taken once."""
     return [p for p, before in zip(corners, [corners[-1], *corners[:-1]], strict=True) if p != before]

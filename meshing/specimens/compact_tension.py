@@ -117,10 +117,10 @@ class CompactTension(PlaneSpecimen):
         """The openings along the pull."""
         up = (0.0, 1.0)
         names = {MAIN_GAUGE: "gauge_plus", "cmod": "mouth", **({"ctod": "tip"} if self.notch_depth is not None else {})}
-        found = {name: Gauge(at, None if half else at, up) for name, at in names.items()}
+        gauges = {name: Gauge(at, None if half else at, up) for name, at in names.items()}
         if self.notch_width and not half:
-            found[MAIN_GAUGE] = Gauge("gauge_plus", "gauge_minus", up)
-        return found
+            gauges[MAIN_GAUGE] = Gauge("gauge_plus", "gauge_minus", up)
+        return gauges
 
     def symmetry(self) -> Direction | None:
         """The plane of the notch, if the path lies in it."""

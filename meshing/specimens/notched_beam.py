@@ -126,14 +126,14 @@ class NotchedBeam(PlaneSpecimen):
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
         """The openings along the beam, and the deflection."""
         left = (-1.0, 0.0)
-        found = {MAIN_GAUGE: Gauge("gauge_plus", None if half else "gauge_minus", left)} if self.gauge else {}
+        gauges = {MAIN_GAUGE: Gauge("gauge_plus", None if half else "gauge_minus", left)} if self.gauge else {}
         points = self._measured
         middle = next(name for name in ("mid_span", "tip", "mouth") if name in points)
-        found["deflection"] = Gauge(middle, "yoke", (0.0, -1.0))
-        found["cmod"] = Gauge("mouth", None if half else "mouth", left)
+        gauges["deflection"] = Gauge(middle, "yoke", (0.0, -1.0))
+        gauges["cmod"] = Gauge("mouth", None if half else "mouth", left)
         if "tip" in points:
-            found["ctod"] = Gauge("tip", None if half else "tip", left)
-        return found
+            gauges["ctod"] = Gauge("tip", None if half else "tip", left)
+        return gauges
 
     def symmetry(self) -> Direction | None:
         """The mid-span plane, if the notch and the path lie in it."""

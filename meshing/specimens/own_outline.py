@@ -15,15 +15,15 @@ from ..files.geo import read_outline
 from ..generation.outline import Outline
 from ..generation.sizes import MeshSizes
 from ..keys import key
-from ..paths import Line, Point
-from .base import MAIN_GAUGE, Drive, Gauge, Location, PlaneSpecimen, Support, polylines
+from ..paths import Line, Point, signed_area
+from .base import MAIN_GAUGE, Gauge, Location, PlaneSpecimen, polylines
 from .registry import register_specimen
-from .user_entries import drives_of, gauges_of, location, support_of, unit_vector
+from .user_entries import StatedSetup, unit_vector
 
 
 @register_specimen("outline")
 @dataclass(frozen=True)
-class OwnOutline(PlaneSpecimen):
+class OwnOutline(StatedSetup, PlaneSpecimen):
     """A plane body of the user's own geometry.
 
     A location is the name of a part of the outline, or a point [x, y] of the body, which becomes a node.
@@ -59,21 +59,9 @@ class OwnOutline(PlaneSpecimen):
         super().__post_init__()
         if (self.corners is None) == (self.file is None):
             raise MeshError("corners, file: expected one of these keys", "corners")
-        if not isinstance(self.supports, list) or not self.supports:
-            raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
-        if (self.gauge_minus is None) != (self.gauge_plus is None):
-            raise MeshError("gauge_minus, gauge_plus: expected both or none", "gauge_minus")
-        for name, value in (
-            ("supports", [support_of(entry) for entry in self.supports]),
-            ("drives_", drives_of(self.drive, self.drives_)),
-            ("gauges_", gauges_of(self.gauges_)),
-            ("notches", [] if self.notches is None else _lines("notches", self.notches)),
-            ("edges_", _edges(self.edges_)),
-        ):
-            object.__setattr__(self, name, value)
-        for name in ("gauge_minus", "gauge_plus"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, location(name, getattr(self, name)))
+        self.read_setup()
+        object.__setattr__(self, "notches", [] if self.notches is None else _lines("notches", self.notches))
+        object.__setattr__(self, "edges_", _edges(self.edges_))
         shape = None
         if self.corners is not None:
             (corners,) = _lines("corners", [self.corners])
@@ -107,13 +95,13 @@ class OwnOutline(PlaneSpecimen):
     @property
     def starts(self) -> list[tuple[Point, Point]]:
         """The ends of the notches in the body, and the directions of the notches there."""
-        shape, found = self._outline(), []
+        shape, ends = self._outline(), []
         for line in self.notches:
             for (x0, y0), (x, y) in ((line[1], line[0]), (line[-2], line[-1])):
                 if not shape.has_on_face((x, y)):
                     length = math.dist((x0, y0), (x, y))
-                    found.append(((x, y), ((x - x0) / length, (y - y0) / length)))
-        return found
+                    ends.append(((x, y), ((x - x0) / length, (y - y0) / length)))
+        return ends
 
     def outline(self, half: bool = False) -> Outline:
         """The geometry."""
@@ -144,14 +132,6 @@ class OwnOutline(PlaneSpecimen):
         if not self.paths:
             raise MeshError("crack is missing: expected a polyline, or 'grow'", "crack")
         return super().mesh(sizes, half=half, dimension=dimension)
-
-    def held(self, *, half: bool = False) -> list[Support]:
-        """As the key `supports` says."""
-        return list(self.supports)
-
-    def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
-        """As the key `drives` or `drive` says."""
-        return dict(self.drives_)
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
         """As the keys `gauge_minus`, `gauge_plus` and `gauges` say."""
@@ -186,5 +166,4 @@ def _edges(value: Any) -> dict[str, Line]:
 
 def _counter_clockwise(corners: Sequence[Point]) -> Line:
     """Corners the other way round, if they run clockwise."""
-    area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, [*corners[1:], corners[0]], strict=True))
-    return list(corners) if area > 0 else list(corners)[::-1]
+    return list(corners) if signed_area(corners) > 0 else list(corners)[::-1]

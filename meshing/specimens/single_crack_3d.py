@@ -11,18 +11,13 @@ import meshio
 import numpy as np
 
 from ..arrays import Array
+from ..cells import CELLS
 from ..errors import MeshError
 from ..generation.block import PlaneCrack, mesh_block
-from ..generation.sizes import MeshSizes, expected_cells
+from ..generation.sizes import SHAPES, MeshSizes, expected_cells
 from ..keys import check_keys, key
 from .base import Direction, Drive, Gauge, Specimen, Support, expect
 from .registry import register_specimen
-
-#: nodes for each cube of the element size, by the order of the tetrahedra
-_NODES = {1: 1.4, 2: 10.0}
-
-#: nodes for each square of the element size on the crack
-_ON_CRACK = {1: 1.25, 2: 5.0}
 
 
 @register_specimen("single-crack-3d")
@@ -84,7 +79,7 @@ class SingleCrack3D(Specimen):
     )
 
     dimensions: ClassVar[tuple[int, ...]] = (3,)
-    shapes: ClassVar[tuple[str, ...]] = ("triangle",)
+    shapes: ClassVar[tuple[str, ...]] = tuple(SHAPES)[:1]
     #: twice as many would make an iteration 64 times dearer
     elements_along: ClassVar[int] = 12
 
@@ -155,8 +150,9 @@ class SingleCrack3D(Specimen):
 
     def expected_nodes(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 3) -> tuple[float, float]:
         """About how many nodes a mesh will have, in all and on each face of the crack."""
-        on_crack = _ON_CRACK[sizes.order] * self.crack_area / sizes.crack_size**2
-        return _NODES[sizes.order] * expected_cells(sizes, math.prod(self.sides), self.crack_area, 3), on_crack
+        cell = sizes.cell_type(3)
+        on_crack = CELLS[cell.facet].density * self.crack_area / sizes.crack_size**2
+        return cell.density * expected_cells(sizes, math.prod(self.sides), self.crack_area, 3), on_crack
 
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 3) -> meshio.Mesh:
         """Mesh for a discrete crack: crack cells on its plane, as `insert_cracks` gives it. There is no half of it."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..errors import MeshError
-from .base import MAIN_GAUGE, Direction, Drive, Gauge, Location, Pressure, Region, Support
+from .base import MAIN_GAUGE, Direction, Drive, Gauge, Location, Pressure, Region, Specimen, Support
 
 #: names of drives and gauges are, or end, names of columns of the history
 _NAME = "a name of letters, digits, - and _"
@@ -52,14 +52,14 @@ def drives_of(one: Any, several: Any) -> dict[str, Drive]:
         return {"drive": _drive("drive", one, set())}
     if not isinstance(several, list) or not several:
         raise MeshError(f"drives = {several!r}: expected a list of {{name = ..., at = ..., direction = [x, y]}}", "drives")
-    found: dict[str, Drive] = {}
+    drives: dict[str, Drive] = {}
     for entry in several:
         drive = _drive("drives", entry, {"name"})
         name = entry["name"]
-        if not _is_name(name) or name in found:
+        if not _is_name(name) or name in drives:
             raise MeshError(f"drives.name = {name!r}: expected {_NAME}, that no other drive has", "drives.name")
-        found[name] = drive
-    return found
+        drives[name] = drive
+    return drives
 
 
 def gauges_of(given: Any) -> dict[str, Gauge]:
@@ -68,7 +68,7 @@ def gauges_of(given: Any) -> dict[str, Gauge]:
         return {}
     if not isinstance(given, Mapping) or not given:
         raise MeshError(f"gauges = {given!r}: expected {{name = {{plus = ..., minus = ..., direction = [x, y]}}}}", "gauges")
-    found: dict[str, Gauge] = {}
+    gauges: dict[str, Gauge] = {}
     for name, entry in given.items():
         if not _is_name(name) or name == MAIN_GAUGE:
             raise MeshError(f"gauges: a gauge is called {name!r}; expected {_NAME}, and not '{MAIN_GAUGE}'", "gauges")
@@ -76,8 +76,8 @@ def gauges_of(given: Any) -> dict[str, Gauge]:
         _check_entry(key, entry, {"plus", "minus"}, {"direction"}, "{plus = ..., minus = ...}")
         plus, minus = (location(f"{key}.{side}", entry[side]) for side in ("plus", "minus"))
         direction = unit_vector(f"{key}.direction", entry["direction"]) if "direction" in entry else None
-        found[name] = Gauge(plus, minus, direction)
-    return found
+        gauges[name] = Gauge(plus, minus, direction)
+    return gauges
 
 
 def regions_of(given: Any) -> dict[str, Region]:
@@ -144,3 +144,37 @@ def _check_number(name: str, value: Any, holds: Callable[[float], bool], expecte
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e100
     if not is_number or not holds(value):
         raise MeshError(f"{name} = {value!r}: expected {expected}", name)
+
+
+class StatedSetup(Specimen):
+    """A specimen whose supports, drives and gauges are keys of a scene."""
+
+    supports: Any
+    drive: Any
+    drives_: Any
+    gauge_minus: Any
+    gauge_plus: Any
+    gauges_: Any
+
+    def read_setup(self) -> None:
+        """What the keys say in place of what a scene gives; MeshError naming a key."""
+        if not isinstance(self.supports, list) or not self.supports:
+            raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
+        if (self.gauge_minus is None) != (self.gauge_plus is None):
+            raise MeshError("gauge_minus, gauge_plus: expected both or none", "gauge_minus")
+        ends = {name: getattr(self, name) for name in ("gauge_minus", "gauge_plus")}
+        for name, value in {
+            "supports": [support_of(entry) for entry in self.supports],
+            "drives_": drives_of(self.drive, self.drives_),
+            "gauges_": gauges_of(self.gauges_),
+            **{name: None if at is None else location(name, at) for name, at in ends.items()},
+        }.items():
+            object.__setattr__(self, name, value)
+
+    def held(self, *, half: bool = False) -> list[Support]:
+        """As the key `supports` says."""
+        return list(self.supports)
+
+    def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
+        """As the key `drives` or `drive` says."""
+        return dict(self.drives_)

@@ -17,14 +17,14 @@ from ..files.reading import read_mesh
 from ..generation.sizes import MeshSizes
 from ..keys import check_keys, key
 from ..paths import Line
-from .base import MAIN_GAUGE, Direction, Drive, Gauge, Pressure, Region, Specimen, Support, polylines
+from .base import MAIN_GAUGE, Direction, Gauge, Pressure, Region, polylines
 from .registry import register_specimen
-from .user_entries import are_names, drives_of, gauges_of, location, pressures_of, regions_of, support_of, unit_vector
+from .user_entries import StatedSetup, are_names, pressures_of, regions_of, unit_vector
 
 
 @register_specimen("mesh")
 @dataclass(frozen=True)
-class UserMesh(Specimen):
+class UserMesh(StatedSetup):
     """A mesh file of the user's, 2D or 3D, with its crack, supports and drive.
 
     A location is the name of a set of the file, or a point [x, y] that is a node; in 3D points and directions have three
@@ -88,28 +88,19 @@ class UserMesh(Specimen):
         check_keys(self, MeshError)
         if not isinstance(self.crack, str) and not are_names(self.crack):
             object.__setattr__(self, "crack", polylines(self.crack))
-        if not isinstance(self.supports, list) or not self.supports:
-            raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
+        self.read_setup()
         for name, value in (
-            ("supports", [support_of(entry) for entry in self.supports]),
-            ("drives_", drives_of(self.drive, self.drives_)),
-            ("gauges_", gauges_of(self.gauges_)),
             ("regions_", regions_of(self.regions_)),
             ("pressures_", pressures_of(self.pressures_)),
             ("down", None if self.down is None else unit_vector("down", self.down)),
         ):
             object.__setattr__(self, name, value)
-        if (self.gauge_minus is None) != (self.gauge_plus is None):
-            raise MeshError("gauge_minus, gauge_plus: expected both or none", "gauge_minus")
-        for name in ("gauge_minus", "gauge_plus"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, location(name, getattr(self, name)))
 
     def located(self, find: Callable[[str], Path]) -> UserMesh:
         """The same specimen, its file found."""
-        found = copy.copy(self)
-        object.__setattr__(found, "file", str(find(self.file)))
-        return found
+        specimen = copy.copy(self)
+        object.__setattr__(specimen, "file", str(find(self.file)))
+        return specimen
 
     @property
     def paths(self) -> list[Line]:
@@ -121,11 +112,11 @@ class UserMesh(Specimen):
         return isinstance(self.crack, str) or are_names(self.crack)
 
     def mesh(self, sizes: MeshSizes | None = None, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
-        """The file with its crack inserted, see `meshing.files.read_mesh`."""
+        """The file with its crack inserted, see `meshing.read_mesh`."""
         return self._checked(read_mesh(self.file, self.crack, list(self.regions_)))
 
     def mesh_band(self, sizes: MeshSizes | None = None, width: float | None = None, *, dimension: int = 2) -> meshio.Mesh:
-        """The file with its band, see `meshing.band_files.read_band_mesh`."""
+        """The file with its band, see `meshing.read_band_mesh`."""
         crack = self.crack if self.band is None else None
         return self._checked(read_band_mesh(self.file, self.band, self._along, list(self.regions_), crack))
 
@@ -145,14 +136,6 @@ class UserMesh(Specimen):
         if is_solid and self.thickness is not None:
             raise MeshError(f"thickness = {self.thickness:g}: the mesh is solid; expected no thickness", "thickness")
         return mesh
-
-    def held(self, *, half: bool = False) -> list[Support]:
-        """As the key `supports` says."""
-        return list(self.supports)
-
-    def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
-        """As the key `drives` or `drive` says."""
-        return dict(self.drives_)
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
         """As the keys `gauge_minus` and `gauge_plus`, and `gauges` say."""

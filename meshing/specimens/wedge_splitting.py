@@ -112,9 +112,9 @@ class WedgeSplitting(PlaneSpecimen):
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
         """The horizontal openings."""
         right = (1.0, 0.0)
-        found = {MAIN_GAUGE: Gauge("gauge_plus", None if half else "gauge_minus", right)}
+        gauges = {MAIN_GAUGE: Gauge("gauge_plus", None if half else "gauge_minus", right)}
         names = {"cmod": "mouth", **({"ctod": "tip"} if self.notch_depth is not None else {})}
-        return found | {name: Gauge(at, None if half else at, right) for name, at in names.items()}
+        return gauges | {name: Gauge(at, None if half else at, right) for name, at in names.items()}
 
     def symmetry(self) -> Direction | None:
         """The plane of the notch, if the path lies in it."""

@@ -13,7 +13,7 @@ import scipy.sparse.linalg as spla
 import cohesive.algebra.bordered
 import cohesive.algebra.choice
 import cohesive.algebra.condensation
-import cohesive.model.build
+import cohesive.model.equations
 import cohesive.simulation
 from cohesive import Scene, run
 from cohesive.algebra.bordered import Border, DenseStiffness, SparseStiffness
@@ -22,7 +22,7 @@ from cohesive.algebra.condensation import NOT_HELD, Condensed, EliminationTree, 
 from cohesive.algebra.dissection import nested_dissection
 from cohesive.elements.bulk import ElasticBlock, elasticity
 from cohesive.model.build import build
-from tests.builders import box
+from tests.builders import block, box
 
 COARSE = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 6, "output.frames": 0}
 
@@ -183,7 +183,7 @@ def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
 
 
 @pytest.mark.parametrize("kind", ["dense", "sparse"])
-@pytest.mark.parametrize("held", [False, True], ids=["", "held across the drive"])
+@pytest.mark.parametrize("held", [pytest.param(False, marks=pytest.mark.long), True], ids=["", "held across the drive"])
 @pytest.mark.parametrize("control", ["motion", "measure", "load", "dissipation"])
 def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) -> None:
     """They solve the bordered system as well as its own factorization does, whatever controls it."""
@@ -241,6 +241,7 @@ def test_a_factorization_near_a_limit_point_serves_no_other_step(kind: str) -> N
     assert np.linalg.norm(K @ found + away * found - right) < 1e-6 * np.linalg.norm(right)
 
 
+@pytest.mark.long
 def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both kinds of stiffness, with one iteration of GMRES worth its while and with none."""
     exact = beam.with_(**{"solver.tol": 1e-11})
@@ -268,7 +269,7 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
         bodies.append(body)
         return cohesive.algebra.choice.condense(body, wanted)
 
-    monkeypatch.setattr(cohesive.model.build, "condense", caught)
+    monkeypatch.setattr(cohesive.model.equations, "condense", caught)
     build(scene)
     part, whole = cohesive.algebra.choice.Part.from_bulk(bodies[0]), cohesive.algebra.choice.Whole.from_bulk(bodies[0])
     tracemalloc.start()
@@ -289,22 +290,18 @@ def test_counted_memory_is_what_is_taken(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_the_choice_and_its_reason(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     model = build(beam)
     assert model.condensation.kind == "condensed" and model.condensation.why == ""  # nothing to weigh: 50 unknowns of 1000
-    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 1e-4)
-    model = build(beam)
-    assert model.condensation.kind == "whole" and "times the work" in model.condensation.why
-    monkeypatch.setattr(cohesive.algebra.choice, "SPARSE_IS_SLOWER", 10.0)
+    strip = build(block(specimen__height=1.0, mesh__crack_size=0.05, mesh__far_size=1.0))  # two rows beside its crack
+    assert strip.condensation.kind == "whole" and "times the work" in strip.condensation.why
     monkeypatch.setattr(cohesive.algebra.choice, "LARGE", 1.0)
     result = run(beam)
-    assert result.model.condensation.kind == "condensed" and "eliminated once (condensed " in result.summary()
-    # where the dense matrix finds no room; where neither does, the smaller one
-    part, whole = cohesive.algebra.choice.Part, cohesive.algebra.choice.Whole
-    monkeypatch.setattr(part, "memory", property(lambda self: 2e9))
-    monkeypatch.setattr(whole, "memory", property(lambda self: 1e9))
-    for available, hint in ((1.5e9 / 0.6, False), (1e8, True)):
+    assert result.facts.condensation == "condensed" and "eliminated once (condensed " in result.summary()
+    # where the dense matrix finds no room; where neither does, the smaller one: the beam's takes .46 MB, else 1.4 MB
+    cracked = Scene.load("single-crack-3d").with_(**{"mesh.crack_size": 4.0, "mesh.far_size": 40.0})
+    for scene, available, kind, hint in (
+        (cracked, 0.075e9 / 0.6, "whole", False), (cracked, 0.01e9, "whole", True), (beam, 1e5, "condensed", True)
+    ):  # fmt: skip
         monkeypatch.setattr(cohesive.algebra.choice, "machine_memory", lambda available=available: available)
-        model = build(beam)
-        assert model.condensation.kind == "whole" and model.condensation.why.startswith("condensed 2 GB, else 1 GB")
-        assert ("'petsc'" in model.condensation.why) == hint
-    monkeypatch.setattr(part, "memory", property(lambda self: 5e8))
-    assert build(beam).condensation.kind == "condensed"
+        model = build(scene)
+        assert model.condensation.kind == kind and ("'petsc'" in model.condensation.why) == hint
+        assert scene is beam or model.condensation.why.startswith("condensed 0.097 GB, else 0.059 GB")
     assert build(beam.with_(**{"solver.condensation": "never"})).condensation.kind == "whole"  # the user's word counts

@@ -138,6 +138,8 @@ def test_without_the_package_the_run_says_what_to_install(
 
 
 def test_without_a_parallel_solver_several_processes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    size = 3
+
     class Alone:
         """A PETSc that was built without any other library."""
 
@@ -145,12 +147,12 @@ def test_without_a_parallel_solver_several_processes_are_refused(monkeypatch: py
             hasExternalPackage = staticmethod(lambda name: False)
 
         class COMM_WORLD:
-            getSize = staticmethod(lambda: 3)
+            getSize = staticmethod(lambda: size)
 
     monkeypatch.setattr(stiffness, "petsc", Alone)
     with pytest.raises(SceneError, match=r"on 3 processes: this PETSc was built without a parallel direct solver; expected"):
         stiffness.solver_type.__wrapped__()
-    monkeypatch.setattr(Alone.COMM_WORLD, "getSize", lambda: 1)
+    size = 1
     assert stiffness.solver_type.__wrapped__() == "petsc"
 
 

@@ -107,10 +107,10 @@ def test_constraints_in_3d() -> None:
     """Two drives or supports at a node in any directions at right angles to each other; others are refused."""
     Q = rotation(2)
     a, b, c = (tuple(row) for row in Q)
-    leader = np.array([0, 1, 2, 0])
+    representative = np.array([0, 1, 2, 0])
     base = [Constraint("base", np.array([0]), a), Constraint("side", np.array([0, 3]), b)]
     made = Unknowns.from_constraints(
-        leader, base, [Constraint("pull", np.array([1]), b), Constraint("push", np.array([1]), c)]
+        representative, base, [Constraint("pull", np.array([1]), b), Constraint("push", np.array([1]), c)]
     )
     # means: 1 of node 0, 1 of node 1, 3 of node 2; the jump of 0 along c; two drives
     assert made.transform.shape == (12, 1 + 1 + 3 + 1 + 2)
@@ -122,10 +122,10 @@ def test_constraints_in_3d() -> None:
     np.testing.assert_allclose(np.sort(abs(u[2])), np.sort(abs(v[[i for i in range(8) if made.node[i] == 2]])), rtol=1e-13)
     with pytest.raises(ValueError, match="slope: its direction is oblique"):
         Unknowns.from_constraints(
-            leader, [*base, Constraint("slope", np.array([0]), tuple(np.array([0, 0.6, 0.8]) @ Q))], base[:1]
+            representative, [*base, Constraint("slope", np.array([0]), tuple(np.array([0, 0.6, 0.8]) @ Q))], base[:1]
         )
     mirror = Unknowns.from_constraints(
-        leader,
+        representative,
         [Constraint("top", np.array([2]), a)],
         [Constraint("pull", np.array([2]), b)],
         Constraint("crack", np.array([0]), c),

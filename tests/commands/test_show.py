@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,8 +18,11 @@ def shown(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[str]:
 def test_a_scene_is_shown_without_solving_anything(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cohesive.algebra.choice.condense", lambda *_: pytest.fail("condensed"))
-    lines = shown(capsys, "notched-beam", "-o", str(tmp_path), "--set", "mesh.crack_size=5")
+    """What would solve it is not there."""
+    monkeypatch.setitem(sys.modules, "petsc4py", None)
+    changes = ["--set", "mesh.crack_size=5", "--set", "solver.condensation=petsc"]
+    assert main(["run", "notched-beam", "-o", str(tmp_path / "out"), *changes]) == 2 and "petsc4py" in capsys.readouterr().err
+    lines = shown(capsys, "notched-beam", "-o", str(tmp_path), *changes)
     assert lines[0] == "Half-notched beam in three-point bending"
     assert "crack:     5 zero-thickness cells, path (0, 25) to (0, 50), 25 mm" in lines
     assert "held:      support_left, along y and x" in lines
@@ -63,6 +67,7 @@ def test_a_curve_of_unknown_columns_is_refused(
     assert match in err and len(err.splitlines()) == 1
 
 
+@pytest.mark.long
 def test_the_law_is_drawn_with_the_width_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for width, expected in (((), "width of the crack plane 2.133 mm"), (("--width", "h"), "width of the crack plane 56 mm")):
         assert main(["law", "-o", str(tmp_path), *width]) == 0

@@ -211,7 +211,14 @@ def test_a_crack_slammed_shut_in_3d_ends_where_a_slow_one_does(side: float) -> N
         assert ends[0].stress[0, 0] < -0.9 * stress
 
 
-@pytest.mark.parametrize(("plane", "nu"), [("stress", 0.2), ("strain", 0.2), ("strain", 0.45)])
+@pytest.mark.parametrize(
+    ("plane", "nu"),
+    [
+        pytest.param("stress", 0.2, marks=pytest.mark.long),
+        pytest.param("strain", 0.2, marks=pytest.mark.long),
+        ("strain", 0.45),
+    ],
+)
 def test_random_walks_in_2d_stay_on_the_law(plane: str, nu: float) -> None:
     """Opening, closing and shear at random: every state that is returned is in balance, and few steps fail."""
     random, law, passed, planes = np.random.default_rng(10), band(10.0, plane, nu=nu), 0, 0

@@ -155,12 +155,12 @@ def test_dissipation_gradient(legs: list[list[float]]) -> None:
     np.testing.assert_allclose(gradient, expected, atol=1e-6 * abs(gradient).max())
 
 
-def test_a_failure_names_the_point(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_names_the_point() -> None:
     law = band(turns=TURNS["stress"])
     start = follow(law, law.initial(), [0.1 * Zm / 20, 0, 0])
-    strain = start.deformation + np.eye(5)[:, [3]] * [0.2, 0.1, 0.2] * Zm / 20
-    monkeypatch.setattr("cohesive.cracks.band_iteration.MAX_ITERATIONS", 0)
-    with pytest.raises(PointFailure, match=r"1 point\(s\) have no solution") as caught:
+    strain = start.deformation.copy()
+    strain[3, 0] = np.nan
+    with np.errstate(invalid="ignore"), pytest.raises(PointFailure, match=r"1 point\(s\) have no solution") as caught:
         law.update(strain, start)
     assert caught.value.point == 3
 

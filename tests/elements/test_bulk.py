@@ -10,12 +10,12 @@ import scipy.sparse.linalg as spla
 
 from cohesive.algebra.bulk_matrix import bulk_stiffness
 from cohesive.arrays import Array
-from cohesive.elements.bulk import ELEMENTS, ElasticBlock, elasticity
+from cohesive.elements.bulk import ElasticBlock, elasticity
 from cohesive.elements.chords import longest_chord
+from cohesive.elements.registry import ELEMENTS, centre_rule
 from cohesive.elements.rotations import PAIRS
 from cohesive.elements.shapes import gauss_cube, quadratic_along
 from cohesive.errors import ElementError
-from cohesive.model.band import centre_line
 from tests.builders import MIDS, Patch, box, rectangle, rotation
 
 PLANE = ["triangle", "triangle6", "quad", "quad8"]
@@ -97,7 +97,7 @@ def test_plane_strain_holds_the_third_direction() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_shape_functions(kind: str) -> None:
     """1 at their own node and 0 at the others; derivatives against differences; they sum to 1."""
-    shape, (at, weights), _ = ELEMENTS[kind]
+    shape, (at, weights) = ELEMENTS[kind].shape, ELEMENTS[kind].rule
     one, d = regular(kind), dimension(kind)
     p = one.points[one.cells[0]]
     is_simplex = kind.startswith(("tri", "tet"))
@@ -175,7 +175,7 @@ def bending_error(kind: str, n: int) -> float:
     exact = kappa * np.stack([x * z, *beside, -0.5 * (x**2 + nu * (z**2 - (y[0] ** 2 if y else 0.0)))], axis=1)
     u = solve(block, exact)
     exact_enough = {"tetra": "tetra10", "triangle": "triangle6"}.get(kind, kind)
-    operator, volumes, where, _ = block.strain_points(ELEMENTS[exact_enough][1])
+    operator, volumes, where, _ = block.strain_points(ELEMENTS[exact_enough].rule)
     uniaxial = np.array([1.0, *[-nu] * (d - 1), *[0.0] * comb(d, 2)])
     error = (operator @ u.ravel()).reshape(-1, len(uniaxial)) - kappa * (where[:, -1:] - 0.5) * uniaxial
     whole = 30e3 * kappa**2 / 12 * (THICKNESS if d == 2 else 1.0)
@@ -228,7 +228,7 @@ def test_the_mid_plane_sees_all_but_twisting() -> None:
     """17 of the 18 deformations of a hexahedron; the other, u = (yz, xz, -xy), strains the bulk on its faces."""
     solid = box("hexahedron", (1, 1, 1), (2.0, 2.0, 2.0))
     block = elastic(solid)
-    operator, volumes, where, _ = block.strain_points(centre_line("hexahedron", 3))
+    operator, volumes, where, _ = block.strain_points(centre_rule("hexahedron"))
     np.testing.assert_allclose(where[:, 2], 1.0, rtol=1e-14)
     assert volumes.sum() == pytest.approx(8.0, rel=1e-14)
     assert np.linalg.matrix_rank(operator.toarray()) == 17

@@ -12,8 +12,9 @@ import scipy.sparse.linalg as spla
 from cohesive.algebra.bulk_matrix import bulk_stiffness
 from cohesive.arrays import Array, Index
 from cohesive.elements.bulk import ElasticBlock, elasticity
-from cohesive.elements.interface import SIDES, Interface
+from cohesive.elements.interface import Interface
 from cohesive.elements.rotations import rotations, stress_transformation
+from meshing.cells import CELLS
 from tests.builders import Patch, box, rotation
 
 #: crack cell of each element of the bulk
@@ -86,7 +87,7 @@ def test_jumps_of_crack_cells(name: str, quadrature: str) -> None:
         np.testing.assert_allclose(frames, np.broadcast_to(crack.frame.T, frames.shape), atol=1e-12)
     # a uniform jump, every pair of nodes included
     jump, u = np.array([0.3, -0.2, 0.5])[:d], np.zeros_like(points)
-    u[cells[:, SIDES[kind][1]]] = jump
+    u[cells[:, CELLS[kind].sides[1]]] = jump
     local = (interface.jump_operator @ u.ravel()).reshape(-1, d)
     np.testing.assert_allclose(local, rotations(interface.normals) @ jump, atol=1e-13)
     np.testing.assert_allclose(local[:, 0], interface.normals @ jump, atol=1e-13)
@@ -96,7 +97,7 @@ def test_jumps_of_crack_cells(name: str, quadrature: str) -> None:
     np.testing.assert_allclose(interface.jump_operator @ rigid.ravel(), 0.0, atol=1e-13)
     # a jump that grows linearly in space is found at the points, and integrated
     slope = np.array([0.2, -0.7, 0.4])[:d]
-    u[cells[:, SIDES[kind][1]]] = (points[cells[:, SIDES[kind][0]]] @ slope)[..., None] * jump
+    u[cells[:, CELLS[kind].sides[1]]] = (points[cells[:, CELLS[kind].sides[0]]] @ slope)[..., None] * jump
     local = (interface.jump_operator @ u.ravel()).reshape(-1, d)
     np.testing.assert_allclose(local[:, 0], (interface.points @ slope) * (interface.normals @ jump), atol=1e-13)
     if not crack.is_curved:
@@ -110,7 +111,7 @@ def test_a_crack_cell_resists_every_jump(kind: str, quadrature: str) -> None:
     """Three points, enough for what is linear, would let half of the pairs of a quadratic triangle part freely."""
     crack = solid_crack(kind, 0.0) if kind in BESIDE else plane_crack(kind, 30.0)
     interface, d = crack.interface(quadrature, slice(1)), crack.points.shape[1]
-    plus = crack.cells[0, list(SIDES[kind][1])]
+    plus = crack.cells[0, CELLS[kind].sides[1]]
     seen = interface.jump_operator.toarray()[:, (d * plus[:, None] + np.arange(d)).ravel()]
     values = np.linalg.svd(seen, compute_uv=False)
     assert len(values) == d * len(plus) and values[-1] > 0.1 * values[0]  # measured 0.31 to 1
@@ -132,7 +133,7 @@ def test_uniform_traction_gives_the_forces_of_the_bulk(kind: str, quadrature: st
     bulk = operator.T @ ((volumes * upper[cell])[:, None] * stress).ravel()
     traction = stress_transformation(rotations(interface.normals)) @ stress
     crack = interface.jump_operator.T @ (interface.weights[:, None] * traction).ravel()
-    plus = np.unique(solid.crack[:, SIDES[kind][1]])
+    plus = np.unique(solid.crack[:, CELLS[kind].sides[1]])
     inner = ((solid.points[plus, :2] > 0.01) & (solid.points[plus, :2] < 0.99)).all(axis=1)  # the sides carry shear too
     force = (bulk + crack).reshape(-1, 3)[plus]
     np.testing.assert_allclose(force[inner], 0.0, atol=1e-13)

@@ -29,7 +29,7 @@ def turned(point: tuple[float, float], degrees: float) -> list[float]:
 
 
 def outlined_beam(degrees: float = 0.0, notches: tuple[float, ...] = (-50.0,), **changes: Any) -> Scene:
-    """The same beam as an outline of one's own, turned, with notches at some places; its gauge is at the first one."""
+    """The same beam as a user outline, turned, with notches at some places; its gauge is at the first one."""
 
     def at(x: float, y: float) -> list[float]:
         return turned((x, y), degrees)
@@ -57,8 +57,8 @@ def outlined_beam(degrees: float = 0.0, notches: tuple[float, ...] = (-50.0,), *
 
 
 def slanted_notch(slant: float, size: float, **changes: Any) -> Scene:
-    """A square plate of 120 mm, pulled at its top, with a notch of 2 x 10 mm in its middle that is slanted by so many degrees
-    from the perpendicular of the pull; `size` of the elements, mm."""
+    """A square plate of 120 mm, pulled at its top, with a notch of 2 x 10 mm in its middle that is slanted by some
+    degrees from the perpendicular of the pull; `size` of the elements, mm."""
     x, y = turned((10.0, 0.0), slant)
     data = {
         "grow": {"segment": 4 * size},

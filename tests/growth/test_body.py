@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cohesive.growth.body import Body, distance_to
+from cohesive.growth.body import Body
 from cohesive.growth.crack import Crack, trial_lines
 
 SQUARE = Body([[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]], [[(5.0, 0.0), (5.0, 2.0)]])
@@ -50,13 +50,8 @@ def test_cracks_that_head_for_each_other_share_one_way() -> None:
     assert trial_lines([a, c], SQUARE)[1][-1] == pytest.approx((6.0, 5.0))
 
 
-def test_a_held_crack_keeps_the_mean_direction_of_its_last_segments() -> None:
+def test_a_fixed_crack_keeps_the_mean_direction_of_its_last_segments() -> None:
     crack = Crack(((1.0, 1.0), (1.0, 2.0), (1.0, 3.0), (1.0, 4.0)), (UP, UP + 0.1, UP - 0.1, UP))
-    held = crack.held("for a test", 1.0, SQUARE, [])
-    assert held.tip == pytest.approx((1.0, 10.0))
-    assert (held.held_from, held.end, held.why) == (3, "the face", "for a test")
-
-
-def test_distance_to_a_polyline() -> None:
-    assert distance_to((1.0, 1.0), [[(0.0, 0.0), (2.0, 0.0), (2.0, 5.0)]]) == pytest.approx(1.0)
-    assert distance_to((3.0, 6.0), [[(0.0, 0.0), (2.0, 0.0), (2.0, 5.0)]]) == pytest.approx(math.sqrt(2.0))
+    fixed = crack.with_fixed_direction("for a test", 1.0, SQUARE, [])
+    assert fixed.tip == pytest.approx((1.0, 10.0))
+    assert (fixed.fixed_from, fixed.end, fixed.why) == (3, "the face", "for a test")

@@ -16,6 +16,8 @@ import tomli_w
 
 from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
+from cohesive.growth.crack import trial_lines
+from cohesive.growth.path_trial import run_trial
 from cohesive.growth.search import LARGEST_TURN, Search, find_path
 from cohesive.model.build import build
 from meshing.generation.outline import Outline
@@ -120,6 +122,7 @@ class UprightBeam(TurnedBeam):
     angle = 0.0
 
 
+@pytest.mark.long
 def test_a_turned_mesh_gives_the_turned_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """To 1e-6 of its length: all that differs is rounding, which Newton's method keeps within its tolerance."""
     monkeypatch.setitem(SPECIMENS, "turned-beam", TurnedBeam)
@@ -130,10 +133,11 @@ def test_a_turned_mesh_gives_the_turned_path(monkeypatch: pytest.MonkeyPatch) ->
     np.testing.assert_allclose(_turned_line(found, -TURN), upright, atol=1e-6 * 70.0)
 
 
+@pytest.mark.long
 def test_another_mesh_of_the_turned_outline_moves_the_path_little() -> None:
     """Within a tenth of a segment, as far as the stresses tell a direction; two of the beam's meshes have other nodes."""
     upright, found = (find_path(outlined_beam(degrees)) for degrees in (0.0, TURN))
-    judged = [v for v in upright.vertices if not v.held]
+    judged = [v for v in upright.vertices if not v.fixed_direction]
     assert len(judged) >= 5
     for a, b in zip(judged[:5], _turned_line(found.lines[0], -TURN), strict=False):
         assert math.dist((a.x, a.y), b) < 0.8
@@ -153,6 +157,7 @@ def test_mesh_and_segment_move_the_path_little(size: float, segment: float) -> N
     assert abs(one - other).max() < 1.5
 
 
+@pytest.mark.long
 def test_two_notches_attract_each_other() -> None:
     """Both lean inwards alike, to a quarter of a segment: the mesh is not symmetric."""
     found = find_path(outlined_beam(notches=(-20.0, 20.0), stage__0__to=0.06, stage__0__steps=20))
@@ -173,6 +178,7 @@ def test_symmetric_specimens_crack_straight(scene: str) -> None:
     assert found.notes == ["path: straight, the specimen is symmetric about it"]
 
 
+@pytest.mark.long
 def test_a_crack_starts_where_there_is_no_notch() -> None:
     """From the lower face below the load, upwards: within a tenth of an element of upright while it is judged."""
     scene = eccentric_beam(
@@ -196,9 +202,12 @@ def test_no_sliding_leads_the_same_way() -> None:
     np.testing.assert_allclose(*(np.interp(heights, line[:, 1], line[:, 0]) for line in (stress, symmetry)), atol=4.0)
 
 
-def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Search, "slide", lambda *_: math.nan)
-    found = find_path(eccentric_beam(grow__criterion="symmetry", grow__segment=24.0))
+def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named() -> None:
+    class Blind(Search):
+        def slide(self, *_: Any) -> float:
+            return math.nan
+
+    found = Blind(eccentric_beam(grow__criterion="symmetry", grow__segment=24.0)).find()
     assert any(note.startswith("warning: the path follows the stress at (-50, 20), ") for note in found.notes)
 
 
@@ -231,16 +240,43 @@ def test_what_only_the_search_sees_is_refused_too() -> None:
         build(eccentric_beam())
 
 
+def test_a_drive_the_other_way_round_finds_the_same_path_and_says_so() -> None:
+    beam = outlined_beam(grow__segment=16.0, stage__0__steps=10)
+    turned_round = beam.with_(**{"specimen.drive.direction": [-c for c in beam.data["specimen"]["drive"]["direction"]]})
+    pulled, pushed = run(beam), run(turned_round)
+    np.testing.assert_allclose(pushed.path, pulled.path, atol=1e-9)
+    assert pushed.history["load"].min() == pytest.approx(-pulled.peak_load)
+    assert any(note.startswith("warning: no load is positive, they go down to -45") for note in pushed.notes)
+
+
+def test_a_tip_is_critical_under_any_control_and_beside_a_weight() -> None:
+    """Steps by dissipation come to the same state; a weight bends the beam as the load does, which it spares."""
+
+    def load(**changes: Any) -> float:
+        search = Search(eccentric_beam(stage__0__steps=40, **changes))
+        (crack,) = search.starts()
+        lines = trial_lines([crack], search.body)
+        trial = run_trial(search.scene, lines, [(crack.tip, crack.heading)], search.radius, LARGEST_TURN, True)
+        assert trial.critical[0] is not None
+        return trial.critical[0].load
+
+    opened = load()
+    assert load(stage__0__control="dissipation", stage__0__to=20.0) == pytest.approx(opened, rel=0.02)  # of other steps
+    assert load(material__density=50 * 2400.0) < 0.95 * opened
+
+
+@pytest.mark.long
 def test_a_geo_file_grows_the_crack_of_its_corners(tmp_path: Path) -> None:
     """From the command line, to the last digit."""
     beam = outlined_beam(grow__segment=16.0, stage__0__steps=15)
-    corners = beam.data["specimen"].pop("corners")
+    data = beam.data
+    corners = data["specimen"].pop("corners")
     points = [f"Point({i}) = {{{x}, {y}, 0}};" for i, (x, y) in enumerate(corners, start=1)]
     lines = [f"Line({i}) = {{{i}, {i % 4 + 1}}};" for i in range(1, 5)]
     face = ["Curve Loop(1) = {1, 2, 3, 4};", "Plane Surface(1) = {1};"]
     (tmp_path / "beam.geo").write_text("\n".join([*points, *lines, *face]))
-    beam.data["specimen"]["file"] = "beam.geo"
-    (tmp_path / "beam.toml").write_text(tomli_w.dumps(beam.data))
+    data["specimen"]["file"] = "beam.geo"
+    (tmp_path / "beam.toml").write_text(tomli_w.dumps(data))
     assert main(["run", str(tmp_path / "beam.toml"), "-o", str(tmp_path / "out")]) == 0
     found = Scene.load(tmp_path / "out" / "scene.toml").specimen.paths
     assert found == find_path(outlined_beam(grow__segment=16.0, stage__0__steps=15)).lines

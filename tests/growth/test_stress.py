@@ -26,7 +26,7 @@ def grid(n: int) -> ElasticBlock:
 
 def probe_of(heading: float = 0.0) -> tuple[Probe, ElasticBlock]:
     block = grid(12)
-    return Probe.ahead_of(NodalStress.from_blocks([block]), (0.03, 0.05), heading, 0.6), block
+    return Probe.from_tip(NodalStress.from_blocks([block]), (0.03, 0.05), heading, 0.6), block
 
 
 def near_field(slant: float) -> Reading:
@@ -77,7 +77,7 @@ def test_alike_or_compressive_stresses_tell_no_direction(stress: tuple[float, ..
 
 def test_rays_outside_the_body_do_not_count() -> None:
     block = grid(12)
-    probe = Probe.ahead_of(NodalStress.from_blocks([block]), (0.0, -1.0), math.pi / 2, 0.5)  # from a face
+    probe = Probe.from_tip(NodalStress.from_blocks([block]), (0.0, -1.0), math.pi / 2, 0.5)  # from a face
     assert (probe.inside[abs(RAYS) < math.radians(85)] == 1.0).all()
     assert (probe.inside[abs(RAYS) > math.radians(95)] == 0.0).all()
     assert np.isneginf(probe.hoop(probe.nothing)[[0, -1]]).all()

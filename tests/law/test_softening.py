@@ -61,7 +61,7 @@ def concrete(softening: Any, **changes: Any) -> Concrete:
 def openings(m: Concrete, n: int = 4001) -> Array:
     """From 0 to a little beyond the end, the kinks included."""
     kinks = np.asarray(getattr(m.curve, "kinks", ()))
-    return np.unique(np.concatenate([1.1 * m.spent * np.linspace(0.0, 1.0, n) ** 2, kinks, [m.spent]]))
+    return np.unique(np.concatenate([1.1 * m.fully_softened * np.linspace(0.0, 1.0, n) ** 2, kinks, [m.fully_softened]]))
 
 
 def normal(u: Array) -> Array:
@@ -93,7 +93,7 @@ def test_slope_and_work_by_differences(softening: Any) -> None:
     m = concrete(softening)
     curve, unit = m.curve, m.Gf / m.ft
     kinks = np.append(np.asarray(getattr(curve, "kinks", ())), curve.end)
-    w = np.random.default_rng(1).uniform(0.01 * unit, 1.2 * min(m.spent, 8 * unit), 500)
+    w = np.random.default_rng(1).uniform(0.01 * unit, 1.2 * min(m.fully_softened, 8 * unit), 500)
     h = 1e-4 * unit
     w = w[abs(w[:, None] - kinks).min(axis=1) > 2 * h]
     for value, slope, scale in ((curve.stress, curve.slope, m.ft / unit), (curve.work, curve.stress, m.ft)):
@@ -152,10 +152,10 @@ def test_ends_and_kinks_of_the_named_curves() -> None:
     np.testing.assert_allclose(m.curve.stress(x * m.curve.end), FT * printed, atol=1e-14)
 
 
-def test_spent_is_todays_number_for_the_exponential_curve() -> None:
+def test_fully_softened_is_todays_number_for_the_exponential_curve() -> None:
     m = Concrete.preset("reinhardt")
-    assert m.spent == pytest.approx(3.5 * m.Zm, rel=1e-7)
-    assert concrete("linear").spent == concrete("linear").curve.end
+    assert m.fully_softened == pytest.approx(3.5 * m.Zm, rel=1e-7)
+    assert concrete("linear").fully_softened == concrete("linear").curve.end
 
 
 # -- the law with it --------------------------------------------------------------------------------
@@ -186,7 +186,7 @@ def test_dissipation_of_proportional_paths(softening: Any, width: float) -> None
     """Opening to beyond the end spends Gf + ft^2 w/2E, in any number of steps; half way W - Z sigma / 2."""
     m = concrete(softening)
     law = CrackPlane(m, width)
-    for last in (1.01 * m.spent, 0.3 * m.Gf / m.ft):
+    for last in (1.01 * m.fully_softened, 0.3 * m.Gf / m.ft):
         end = law.Zt + last
         stress, work = (float(f(np.array([last]))[0]) for f in (m.curve.stress, m.curve.work))
         expected = 0.5 * m.ft * law.Zt + work - 0.5 * end * stress
@@ -269,7 +269,7 @@ def test_separation_and_exhaustion(softening: Any) -> None:
     points = InterfaceLaw(CrackPlane(m, 0.5), 1)
     Zt = points.plane.Zt
     for opening, gone in ((0.99, False), (1.1, True)):
-        u = normal(np.array([Zt + opening * m.spent]))
+        u = normal(np.array([Zt + opening * m.fully_softened]))
         t, Z = points.plane.traction(u, np.zeros(1))
         state = InterfaceState(u, t, Z)
         assert points.is_separated(state) == gone
@@ -279,7 +279,7 @@ def test_separation_and_exhaustion(softening: Any) -> None:
     band = square(m)
     state = band.initial()
     for part in np.concatenate([[0.01], np.linspace(0.05, 1.2, 40)]):
-        state = advance(band, np.array([[part * m.spent / 5.0, 0.0, 0.0]]), state)
+        state = advance(band, np.array([[part * m.fully_softened / 5.0, 0.0, 0.0]]), state)
     assert band.is_separated(state)
     assert band.is_on_surface(state) == math.isinf(m.curve.end)
 
@@ -318,7 +318,7 @@ def test_both_models_agree_at_a_point(softening: Any) -> None:
     m = concrete(softening, nu=0.0)
     band, law, side = square(m), CrackPlane(m, 5.0), 5.0
     state, Z = band.initial(), np.zeros(1)
-    for u in np.concatenate([[0.5 * law.Zt], law.Zt + m.spent * np.linspace(0.01, 1.1, 60)]):
+    for u in np.concatenate([[0.5 * law.Zt], law.Zt + m.fully_softened * np.linspace(0.01, 1.1, 60)]):
         (t,), Z = law.traction(normal(np.array([u])), Z)
         state = advance(band, np.array([[u / side, 0.0, 0.0]]), state)
         assert state.stress[0, 0] == pytest.approx(t[0], abs=1e-8 * m.ft)

@@ -7,7 +7,10 @@ import pytest
 
 from cohesive import Scene, run
 from cohesive.scenes.scene import built_in
-from tests.builders import block
+from tests.builders import block, run_and_keep
+
+#: built-in scenes that take more than a second
+SECONDS = ("single-crack-3d", "reinhardt-cyclic")
 
 
 def pulled(steps: int, tol: float = 1e-4) -> Scene:
@@ -19,8 +22,8 @@ def pulled(steps: int, tol: float = 1e-4) -> Scene:
 
 
 def test_notched_plate_dissipates_the_fracture_energy() -> None:
-    result = run(pulled(40))
-    state = result.last
+    result, states, _ = run_and_keep(pulled(40))
+    state = states[-1]
     assert state.cracks.deformation[:, 0].min() > 1.4 * result.scene.material.Zm
     assert abs(state.cracks.stress).max() < 1e-3 * result.scene.material.ft
     assert result.dissipated_energy == pytest.approx(result.full_energy, rel=0.01)
@@ -41,14 +44,16 @@ def test_energy_balance_holds_through_contact() -> None:
     assert result.energy_error < 1e-3
 
 
-@pytest.mark.parametrize("name", built_in())
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.long] * (name in SECONDS)) for name in built_in()])
 def test_a_built_in_scene_closes_its_balance(name: str) -> None:
     """Of second order in the steps: the beam in 3D has 40 of them where the one in 2D has 60."""
     limit = 2e-3 if name == "notched-beam-3d" else 1e-3
     assert run(Scene.load(name).with_(**{"output.frames": 0})).energy_error < limit
 
 
-@pytest.mark.parametrize("to", [[0.12], [0.06, 0.0, 0.12]], ids=["opened", "opened, closed, reopened"])
+@pytest.mark.parametrize(
+    "to", [pytest.param([0.12], marks=pytest.mark.long), [0.06, 0.0, 0.12]], ids=["opened", "opened, closed, reopened"]
+)
 def test_the_energies_of_a_beam_add_up(beam: Scene, to: list[float]) -> None:
     """The trapezoidal work of a step is second order in it: half the steps, a quarter of the error (2e-4 at 80)."""
     errors = []

@@ -11,8 +11,11 @@ import meshio
 import numpy as np
 import pytest
 
-from cohesive import NotConverged, Result, Scene, run
+from cohesive import NotConverged, Result, Scene, run, sensitivities
+from cohesive.fitting.repeated_run import value_of
 from cohesive.model.build import build
+from cohesive.solver.problem import State
+from cohesive.solver.stepper import solve
 from meshing.specimens import SPECIMENS, Drive, MixedModePlate
 from tests.builders import assert_refused, assert_same_history, coarse_beam, grid, plate
 
@@ -36,7 +39,7 @@ WIDTH, HEIGHT, THICKNESS = 40.0, 60.0, 10.0
 
 
 def own(folder: Path, kind: str = "quad", **changes: Any) -> Scene:
-    """A plate of 40 x 60 x 10 mm on a mesh of one's own, cracked at mid-height, pulled up."""
+    """A plate of 40 x 60 x 10 mm on a user mesh, cracked at mid-height, pulled up."""
     mesh = grid(4, 6, kind)
     points, x, y = 10.0 * mesh.points, 10.0 * mesh.points[:, 0], 10.0 * mesh.points[:, 1]
     centre = points[mesh.cells[0].data].mean(axis=1)
@@ -181,6 +184,23 @@ def test_what_a_region_cannot_be(tmp_path: Path) -> None:
             elastic(tmp_path, specimen__regions=regions)
 
 
+def test_derivatives_start_from_the_body_under_pressure(tmp_path: Path) -> None:
+    """Pulled by a pressure, which is a number as others are."""
+    scene = own(tmp_path, specimen__pressures=[{"at": "top", "value": -1.5}], stage__0__steps=5, solver__tol=1e-12)
+    keys = ["material.E", "material.ft", "material.Gf", "specimen.pressures.0.value"]
+    found = sensitivities(scene, keys)
+    assert found.is_exact
+    for key in keys:
+        value = value_of(scene, key)
+        half = 1e-5 * abs(value)
+        low, high = (run(scene.with_(**{key: value + by})).history for by in (-half, half))
+        for name in ("load", "stress_n", "work", "elastic", "dissipated"):
+            wanted = (high[name] - low[name])[1:] / (2.0 * half)
+            scale = abs(wanted).max()
+            # rounding of the runs, 1e-12 over a change of 2e-5, and its square
+            np.testing.assert_allclose(found[key][name], wanted, atol=1e-6 * scale, err_msg=f"{key} {name}")
+
+
 @pytest.mark.parametrize("kind", ["quad", "triangle6"])
 def test_pressure_on_faces_is_the_traction_on_the_crack(kind: str, tmp_path: Path) -> None:
     """2 MPa on both ends press the crack: the way there is row 0, from which motions count."""
@@ -188,27 +208,32 @@ def test_pressure_on_faces_is_the_traction_on_the_crack(kind: str, tmp_path: Pat
         "specimen__pressures": [{"at": "top", "value": 2.0}],
         "stage": [{"control": "load", "to": 1.0 * WIDTH * THICKNESS, "steps": 1}],
     }
-    model = build(own(tmp_path, kind, **changes))
     result = run(own(tmp_path, kind, **changes))
-    start = model.record(result.problem.initial())
+    start = result.row(0)
     assert start["stress_n"] == pytest.approx(-2.0, rel=1e-6)
-    assert result.problem.measure("opening", result.problem.initial()) == 0.0
+    assert start["opening"] == 0.0 and abs(result.crack(0)["opening"]).max() > 0
     assert result.history["stress_n"][1] == pytest.approx(-1.0, rel=1e-6)
-    width = result.model.cracks.width
+    width = result.width
     shortened = 1.0 * (HEIGHT / 30000.0 + width / 30000.0)
     assert result.history["driven"][1] == pytest.approx(shortened, rel=1e-6)
     assert result.energy_error < 1e-9
 
 
+def under_dead_loads(scene: Scene) -> State:
+    """The state from which motions count."""
+    model = build(scene)
+    return solve(model.problem, scene.stages, model.recorded).problem.initial()
+
+
 def test_weight_is_borne_by_the_supports(tmp_path: Path) -> None:
     supports = own(tmp_path).data["specimen"]["supports"]
     scene = own(tmp_path, specimen__supports=[supports[0] | {"stiffness": 1e4}, *supports[1:]], material__density=1e6)
-    start = run(scene).problem.initial()
+    start = under_dead_loads(scene)
     weight = 1e6 * 9.80665e-9 * WIDTH * HEIGHT * THICKNESS
     problem = build(scene).problem
     assert float(start.v[problem.drives[1]]) == pytest.approx(-weight / 1e4, rel=1e-9)
     assert start.work == pytest.approx(start.elastic + start.stored, rel=1e-9)  # half of force times way, all of it stored
-    lying = run(scene.with_(**{"specimen.down": [1.0, 0.0]})).problem.initial()
+    lying = under_dead_loads(scene.with_(**{"specimen.down": [1.0, 0.0]}))
     assert float(lying.v[problem.drives[1]]) == pytest.approx(0.0, abs=1e-3 * weight / 1e4)
 
 
@@ -231,6 +256,7 @@ def test_condensed_or_not_weight_is_the_same() -> None:
     assert_same_history(run(scene), run(scene.with_(**{"solver.condensation": "never"})), 1e-8)
 
 
+@pytest.mark.long
 def test_a_body_that_does_not_bear_its_weight_says_so() -> None:
     with pytest.raises(NotConverged, match="the body does not bear its dead loads"):
         run(coarse_beam("notched-beam", "stress", **{"material.density": 1e6}))

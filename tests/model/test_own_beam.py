@@ -43,16 +43,16 @@ def test_the_band_is_chosen_along_the_path(kind: str, within: float, tmp_path: P
     both = compare(beam(tmp_path, kind))
     assert any("the crack band is the" in note for note in both.notes)
     assert abs(both.table["peak"]["relative_difference"]) < within
-    assert both.smeared.model.mesh.is_row == (kind == "quad")
+    assert both.smeared.fields.mesh.is_row == (kind == "quad")
     if kind == "quad":
-        assert both.smeared.model.cracks.width == pytest.approx(8.0)
+        assert both.smeared.width == pytest.approx(8.0)
 
 
 def test_a_band_without_faces_needs_a_gauge(tmp_path: Path) -> None:
-    scene = beam(tmp_path, "triangle")
-    del scene.data["specimen"]["gauge_minus"], scene.data["specimen"]["gauge_plus"]
+    data = beam(tmp_path, "triangle").data
+    del data["specimen"]["gauge_minus"], data["specimen"]["gauge_plus"]
     with pytest.raises(SceneError, match="this band has no faces whose mean jump could be the opening; expected a gauge"):
-        compare(Scene(scene.data, tmp_path))
+        compare(Scene(data, tmp_path))
 
 
 def test_long_elements_along_the_path_are_warned_of_once(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_a_crushed_bulk_is_told_with_place_and_step(tmp_path: Path) -> None:
     # what is said is in the fields: the stress at that element in that step
     x, y = (float(c) for c in said.split("at (")[1].split(")")[0].split(", "))
     step = int(said.split("in step ")[1].split(":")[0])
-    frame, block = low.frame(int(np.flatnonzero(low.history["step"] == step)[0])), low.model.bulk[0]
+    frame, block = low.frame(int(np.flatnonzero(low.history["step"] == step)[0])), low.fields.bulk[0]
     element = int(np.linalg.norm(block.points[block.cells].mean(axis=1) - [x, y], axis=1).argmin())
     s = frame.stress[0][element]
     minor = (s[0] + s[1]) / 2 - np.hypot((s[0] - s[1]) / 2, s[2])

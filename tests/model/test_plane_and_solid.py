@@ -9,12 +9,12 @@ from cohesive import Scene, SceneError, run
 from tests.builders import assert_same_history, coarse_beam
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_held_between_two_faces_a_beam_is_one_in_plane_strain(model: str) -> None:
     flat, solid = (run(coarse_beam(kind, "strain"), model) for kind in ("notched-beam", "notched-beam-3d"))
     assert_same_history(solid, flat, 1e-8)  # measured 1e-11; the solver's tolerance is 1e-11
-    assert solid.model.cracks.area == pytest.approx(25.0 * 50.0)  # the ligament
-    assert solid.model.cracks.width == pytest.approx(flat.model.cracks.width)
+    assert solid.facts.crack_area == pytest.approx(25.0 * 50.0)  # the ligament
+    assert solid.width == pytest.approx(flat.width)
     assert solid.full_energy == pytest.approx(flat.full_energy)
     u = solid.frame(7).displacement
     assert abs(u[:, 2]).max() < 1e-9 * abs(u).max()
@@ -26,7 +26,7 @@ def test_held_between_two_faces_a_beam_is_one_in_plane_strain(model: str) -> Non
     assert_same_history(solid, flat, 1e-8)
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_with_free_faces_a_beam_is_close_to_plane_stress(model: str) -> None:
     """Its thickness is twice the ligament, so that its middle is on the way to plane strain: measured 0.9 %."""
     flat, solid = (run(coarse_beam(kind, "stress"), model) for kind in ("notched-beam", "notched-beam-3d"))
@@ -47,7 +47,7 @@ def test_tetrahedra_of_a_beam_are_close_to_hexahedra() -> None:
     """Of second order: those of first order are too stiff in bending."""
     scene = coarse_beam("notched-beam-3d", "stress", stage__0__steps=4, solver__tol=1e-4)
     hexahedra, tetrahedra = (run(scene.with_(**{"mesh.shape": s, "mesh.order": o})) for s, o in (("quad", 1), ("triangle", 2)))
-    assert {block.kind for block in tetrahedra.model.bulk} == {"tetra10"}
+    assert {block.kind for block in tetrahedra.fields.bulk} == {"tetra10"}
     # rows of nodes let go one after the other, which makes the curves wavy: measured 1.3 and 2.5 %
     assert tetrahedra.peak_load == pytest.approx(hexahedra.peak_load, rel=0.03)
     assert tetrahedra.dissipated_energy == pytest.approx(hexahedra.dissipated_energy, rel=0.04)
@@ -76,7 +76,7 @@ def test_a_penny_shaped_notch_opens_as_sneddons() -> None:
         }
     )  # fmt: skip
     result, m = run(scene), scene.material
-    points, u = result.model.mesh.points, result.frame(1).displacement[:, 1]
+    points, u = result.fields.mesh.points, result.frame(1).displacement[:, 1]
     r = np.hypot(points[:, 0], points[:, 2])
     on = (abs(points[:, 1]) < 1e-9) & (r < 0.5 * a)
     jump = 2 * abs(u[on] - result.history["driven"][1] / 2)
@@ -92,7 +92,7 @@ def test_a_slanted_crack_anywhere() -> None:
            "mesh.far_size": 25.0, "stage.0.to": 0.02, "stage.0.steps": 4}
     )  # fmt: skip
     result = run(scene)
-    assert result.model.cracks.area == pytest.approx(100 / np.cos(np.radians(20)) * 50 / np.cos(np.radians(15)), rel=0.02)
-    assert result.model.condensation.kind == "whole" and result.dissipated_energy > 0
+    assert result.facts.crack_area == pytest.approx(100 / np.cos(np.radians(20)) * 50 / np.cos(np.radians(15)), rel=0.02)
+    assert result.facts.condensation == "whole" and result.dissipated_energy > 0
     with pytest.raises(SceneError, match=r"^solver.condensation = 'always': every element may crack"):
         run(scene.with_(**{"solver.condensation": "always"}))

@@ -58,8 +58,8 @@ def test_sizes_by_rule_are_those_of_the_start_values() -> None:
     assert brittle.sizes.crack_size < 0.9 * prepared.crack_size  # by the rule it would have a mesh of its own
     found = run(brittle, prepared)
     assert found.scene.data["mesh"] == {"crack_size": prepared.crack_size, "far_size": prepared.far_size}
-    assert found.scene.data["interface"]["width"] == found.model.cracks.width == prepared.width
-    assert found.model.mesh is prepared.model.mesh
+    assert found.scene.data["interface"]["width"] == found.width == prepared.width
+    assert found.fields.mesh is prepared.model.mesh
     for word in ("notched-beam", f"crack_size = {prepared.crack_size:.4g} mm", f"width = {prepared.width:.4g} mm", "by rule"):
         assert word in repr(prepared)
 
@@ -97,4 +97,4 @@ def test_the_width_of_a_band_is_that_of_its_mesh() -> None:
 def test_the_width_of_an_interface_is_free() -> None:
     prepared = prepare(beam())
     wide = beam(**{"interface.width": 0.5})
-    assert run(wide, prepared).model.cracks.width == 0.5
+    assert run(wide, prepared).width == 0.5

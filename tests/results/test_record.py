@@ -13,7 +13,7 @@ from cohesive import Result, Scene, run
 from cohesive.results.record import Record, States
 from cohesive.solver.problem import State
 from cohesive.solver.stepper import Step
-from tests.builders import block, plate
+from tests.builders import block, plate, run_and_keep
 
 
 def state(number: int) -> State:
@@ -67,17 +67,17 @@ def test_a_state_that_was_not_kept_is_named() -> None:
 def test_frames_of_a_long_run_are_the_nearest_that_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohesive.results.record.ALL_KEPT", 10)
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 90}], output__frames=3))
-    assert len(result.states.kept) < 40
+    assert len(result.fields.rows) < 40
     assert result.frame_rows() == sorted({result.peak_row, 28, 60, 90})
     frame = result.frame(-1)
     assert frame.step == 90 and result.frame(result.peak_row).step == result.peak_row
 
 
 def test_a_row_that_an_interruption_cut_short_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    result = run(block())
-    record = Record(result.problem)
+    result, states, built = run_and_keep(block())
+    record = Record(built.problem)
     for row in range(3):
-        record.append(result.row(row), result.states[row])
+        record.append(result.row(row), states[row])
 
     class Interrupting(array):  # type: ignore[type-arg]
         def append(self, value: Any) -> None:
@@ -85,7 +85,7 @@ def test_a_row_that_an_interruption_cut_short_is_left_out(monkeypatch: pytest.Mo
 
     record.columns["opening"] = Interrupting("d", record.columns["opening"])
     with pytest.raises(KeyboardInterrupt):
-        record.append(result.row(3), result.states[3])
+        record.append(result.row(3), states[3])
     assert {len(values) for values in record.history.values()} == {3} and len(record.way) == len(record.states) == 3
 
 
@@ -131,6 +131,6 @@ def test_memory_of_two_hundred_cycles_is_that_of_the_rows() -> None:
         result = run(scene, on_step=watch)
     finally:
         tracemalloc.stop()
-    assert len(result.states) > 20_000
+    assert result.steps > 20_000
     half = len(held) // 2
     assert max(held[half:]) < 1.05 * max(held[:half])

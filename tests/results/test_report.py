@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pytest
+
 from cohesive import Scene, run
 from cohesive.results.report import warnings
 from tests.builders import block, coarse_beam
@@ -35,3 +38,12 @@ def test_first_order_tetrahedra_in_a_band_are_warned_of() -> None:
     }
     scene = Scene.load("single-crack-3d").with_(**everywhere, stage=[{"control": "driven", "to": 0.001, "steps": 1}])
     assert any("tetra elements lock" in note for note in warnings(run(scene)))
+
+
+def test_planes_that_depart_from_the_path_are_warned_of() -> None:
+    """Pulled along y every plane stands across y; the path rises and falls by 2 in 5, which is 21.8 degrees."""
+    path = [[-20.0, 0.0], [0.0, 8.0], [20.0, 0.0]]
+    result = run(block(model__kind="smeared", specimen__crack=path, stage__0__to=0.03))
+    assert result.facts.departure == pytest.approx(np.degrees(np.arctan(0.4)), abs=1.0)
+    assert any("the crack planes depart from the path by 22 degrees" in warning for warning in warnings(result))
+    assert run(block(model__kind="smeared")).facts.departure == pytest.approx(0.0, abs=1e-6)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import types
 from pathlib import Path
@@ -29,32 +28,6 @@ def folder(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_what_was_saved_comes_back(result: Result, folder: Path) -> None:
-    loaded = Result.load(folder)
-    assert type(loaded) is Result
-    for name, values in result.history.items():  # written with twelve digits
-        np.testing.assert_allclose(loaded.history[name], values, rtol=1e-11, err_msg=name)
-        assert loaded.history[name].dtype.kind == values.dtype.kind
-    for name in ("peak_load", "opening_at_peak", "dissipated_energy", "full_energy", "energy_error"):
-        assert getattr(loaded, name) == pytest.approx(getattr(result, name), rel=1e-10, abs=1e-12), name
-    for name in ("steps", "iterations", "active_dofs", "total_dofs", "notes", "timings", "drives_both_ways"):
-        assert getattr(loaded, name) == getattr(result, name), name
-    assert loaded.scene.material == result.scene.material and loaded.summary() == result.summary()
-    assert loaded.added_compliance() == pytest.approx(result.added_compliance())
-    assert [each.inside for each in loaded.agreement] == [each.inside for each in result.agreement]
-
-
-def test_what_is_not_there_says_so(folder: Path) -> None:
-    loaded = Result.load(folder)
-    for call in (lambda: loaded.frame(-1), lambda: loaded.opening_profile(2), lambda: loaded.last, loaded.plot_deformed):
-        with pytest.raises(LookupError, match=r"no mesh, states and equations; expected its frames to be opened in ParaView"):
-            call()
-    with pytest.raises(AttributeError, match=r"^problem: .* no mesh, states and equations"):
-        loaded.problem  # noqa: B018
-    with pytest.raises(ValueError, match="expected a copy of its folder"):
-        loaded.save(folder)
-
-
 def test_a_platen_run_comes_back_with_its_way(tmp_path: Path) -> None:
     result = run(
         plate(
@@ -79,18 +52,6 @@ def test_a_missing_or_broken_file_is_named(name: str, result: Result, tmp_path: 
     (tmp_path / name).unlink()
     with pytest.raises(SceneError, match=rf"there is no {name}; expected the folder of a run that was saved"):
         Result.load(tmp_path)
-
-
-def test_a_run_without_a_step_comes_back(tmp_path: Path) -> None:
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt) as caught:
-        run(block(), on_step=stop)
-    stopped: Result = caught.value.result  # type: ignore[attr-defined]
-    stopped.save(tmp_path)
-    facts = json.loads((tmp_path / "run.json").read_text())
-    assert facts["steps"] == Result.load(tmp_path).steps == 1
 
 
 def test_curve_and_body_are_drawn_into_axes_of_ones_own(result: Result) -> None:

@@ -58,7 +58,8 @@ def damaged(chance: random.Random, data: dict[str, Any]) -> dict[str, Any]:
     return data
 
 
-def test_damaged_scenes_are_refused_in_one_line() -> None:
+@pytest.mark.parametrize("count", [100, pytest.param(500, marks=pytest.mark.long)])
+def test_damaged_scenes_are_refused_in_one_line(count: int) -> None:
     scenes = []
     for name in built_in():
         scene = Scene.load(name)
@@ -68,7 +69,7 @@ def test_damaged_scenes_are_refused_in_one_line() -> None:
         data["mesh"] = data.get("mesh", {}) | {"crack_size": size, "far_size": 2 * max(size, scene.sizes.far_size)}
         scenes.append((data, scene.folder))
     refused = 0
-    for seed in range(500):
+    for seed in range(count):
         chance = random.Random(seed)
         data, folder = chance.choice(scenes)
         changed = damaged(chance, data)
@@ -82,4 +83,4 @@ def test_damaged_scenes_are_refused_in_one_line() -> None:
         if isinstance(caught.value, (SceneError, MeshError)):
             assert "\n" not in str(caught.value), seed
             refused += 1
-    assert refused > 350  # the rest is harmless
+    assert refused > 0.7 * count  # the rest is harmless

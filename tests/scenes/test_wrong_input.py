@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import pickle
 import re
 import tomllib
 from pathlib import Path
@@ -237,3 +238,19 @@ def test_a_scene_from_python_is_independent_of_its_dict() -> None:
     scene = Scene(data)
     data["material"]["Gf"] = 5.0
     assert scene.with_(title="again").material.Gf == 0.07
+
+
+def test_a_scene_cannot_be_changed() -> None:
+    scene = Scene.load("notched-beam")
+    for name in ("stages", "material", "data", "folder", "new"):
+        with pytest.raises(AttributeError, match=rf"^{name}: a scene cannot be changed; expected scene.with_\(...\)"):
+            setattr(scene, name, [])
+    for copied in (scene, copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
+        copied.data["material"]["ft"] = -1.0
+        copied.data["stage"].clear()
+        copied.given("stage").clear()
+        assert copied.data == Scene.load("notched-beam").data and copied.stages == Scene.load("notched-beam").stages
+        with pytest.raises(AttributeError):
+            copied.title = "another"
+    assert isinstance(scene.stages, tuple)
+    assert scene.given("stage.0.steps") == 60 and scene.given("stage.1") is scene.given("specimen.no") is None

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from cohesive import NotConverged, SceneError, run
+from cohesive.algebra.bordered import Border
 from cohesive.errors import Interrupted, PointFailure
 from cohesive.model.build import build
 from cohesive.solver.columns import COLUMN_NAMES, COLUMNS, columns_of, unloaded, watched
@@ -19,7 +20,7 @@ from cohesive.solver.newton import advance
 from cohesive.solver.problem import Guess, Problem, State
 from cohesive.solver.stages import Stage
 from cohesive.solver.stepper import solve
-from tests.builders import block
+from tests.builders import block, interfered_march
 
 NAMES = (*CONTROLS, "largest jump", "mean of both")
 
@@ -136,17 +137,16 @@ def test_what_cannot_fall_is_not_asked_to(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_failed_step_gives_the_advice(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_step_gives_the_advice(name: str) -> None:
     advice = CONTROLS[name].advice
     assert advice and not advice.endswith(".")
 
-    def fail(*_: Any, **__: Any) -> Any:
+    def fail(border: Border) -> None:
         raise NotConverged("simulated")
 
-    monkeypatch.setattr("cohesive.solver.snap.advance", fail)
-    monkeypatch.setattr("cohesive.solver.snap.advance_to_onset", fail)
+    march = interfered_march(block(), fail, [Stage(name, targets(name)[0])])
     with pytest.raises(NotConverged, match=f"stage 1: the step from {name} = 0 towards .*simulated") as stopped:
-        list(solve(build(block()).problem, [Stage(name, targets(name)[0])], lambda problem, state: {}))
+        list(march)
     assert str(stopped.value).endswith(advice)
 
 

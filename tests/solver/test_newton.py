@@ -71,7 +71,7 @@ def test_a_band_slammed_shut_in_one_step() -> None:
         assert result.history["iterations"].max() < MAX_ITERATIONS
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_secant_finds_the_same_in_more_iterations(beam: Scene, model: str) -> None:
     """Past the peak and some way back."""
     scene = beam.with_(**SHORT, **{"model.kind": model})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +11,12 @@ import numpy as np
 import pytest
 
 from cohesive import NotConverged, Result, Scene, run
+from cohesive.algebra.bordered import Border
 from cohesive.errors import Interrupted, PointFailure
 from cohesive.solver.newton import Equilibrium
 from cohesive.solver.problem import Problem, State
 from cohesive.solver.snap import advance_past_onset
-from tests.builders import block
+from tests.builders import block, interfered_march
 
 
 @pytest.mark.parametrize("model", ["discrete", "smeared"])
@@ -45,17 +48,24 @@ def test_a_crack_that_carries_nothing_for_a_moment_is_not_separated() -> None:
     assert not result.notes
 
 
-def test_steps_are_cut_and_recover(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One huge step far beyond the peak, in few iterations: whatever it takes, the end is that of small steps."""
+def test_steps_are_cut_and_recover(beam: Scene) -> None:
+    """Huge steps far beyond the peak that fail in their last iterations: whatever it takes, the end is that of small steps."""
     fine = run(beam.with_(**{"stage.0.steps": 40, "stage.0.to": 0.1}))
-    monkeypatch.setattr("cohesive.solver.newton.MAX_ITERATIONS", 4)
-    coarse = run(beam.with_(**{"stage.0.steps": 4, "stage.0.to": 0.1}))
-    assert coarse.history["cuts"].sum() >= 2
-    assert (np.diff(coarse.history["opening"]) > 0).all()
-    assert coarse.history["opening"][-1] == pytest.approx(0.1, rel=1e-6)
-    assert coarse.history["load"][-1] == pytest.approx(fine.history["load"][-1], rel=1e-3)
+    scene, calls = beam.with_(**{"stage.0.steps": 4, "stage.0.to": 0.1}), count(1)
+
+    def fail(border: Border) -> None:
+        if next(calls) in (4, 9, 17, 19):
+            raise NotConverged("simulated")
+
+    march = interfered_march(scene, fail)
+    steps = list(march)
+    rows = [march.record(step.equilibrium.state) for step in steps]
+    assert sum(step.cuts for step in steps) >= 2
+    assert (np.diff([row["opening"] for row in rows]) > 0).all()
+    assert rows[-1]["opening"] == pytest.approx(0.1, rel=1e-6)
+    assert steps[-1].equilibrium.state.load == pytest.approx(fine.history["load"][-1], rel=1e-3)
     # a rejected step leaves no damage behind
-    assert coarse.history["dissipated"][-1] == pytest.approx(fine.history["dissipated"][-1], rel=5e-3)
+    assert steps[-1].equilibrium.state.dissipated == pytest.approx(fine.history["dissipated"][-1], rel=5e-3)
 
 
 @pytest.mark.parametrize("tol", [1e-2, 1e-4, 1e-6])
@@ -72,23 +82,13 @@ def test_reversals_start_small_whatever_controls_them() -> None:
     assert driven[9] - driven[8] == pytest.approx((0.04 - driven[8]) / 8 / 4, rel=1e-6)
 
 
-def test_a_load_beyond_the_largest_one_fails_and_says_what_helps(beam: Scene) -> None:
+def test_a_load_beyond_the_largest_one_fails_says_what_helps_and_keeps_what_was_computed(beam: Scene, tmp_path: Path) -> None:
     with pytest.raises(NotConverged, match="control = 'opening' or 'driven' goes on past the peak") as caught:
-        run(beam.with_(stage=[{"control": "load", "to": 2000.0, "steps": 20}]))
+        run(beam.with_(stage=[{"control": "load", "to": 2000.0, "steps": 20}]), output=tmp_path)
+    assert re.match(r"stage 1: the step from load = .* failed down to", str(caught.value))
     result = caught.value.result
     assert isinstance(result, Result)
     assert 900 < result.peak_load < 1100
-
-
-def test_failure_is_named_and_keeps_what_was_computed(beam: Scene, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("cohesive.solver.newton.MAX_ITERATIONS", 2)  # enough for elastic steps only
-    monkeypatch.setattr("cohesive.solver.target_path.SMALLEST_STEP", 0.3)
-    monkeypatch.setattr("cohesive.solver.snap.SNAPPING_STEPS", 0)
-    monkeypatch.setattr("cohesive.solver.snap.WayBack.follow", lambda *_: [])  # no way back by dissipation either
-    with pytest.raises(NotConverged, match=r"stage 1: the step from opening = .* failed down to") as caught:
-        run(beam.with_(**{"stage.0.steps": 2000}), output=tmp_path)
-    result = caught.value.result
-    assert isinstance(result, Result)
     rows = (tmp_path / "history.csv").read_text().splitlines()
     assert len(rows) == 1 + len(result.history["step"]) > 2
     result.save(tmp_path)
@@ -107,6 +107,7 @@ def test_a_plate_on_hinges_comes_apart_at_the_smallest_tolerance(condensation: s
     assert result.dissipated_energy == pytest.approx(result.full_energy, rel=1e-6)
 
 
+@pytest.mark.long
 def test_dissipation_control_of_a_band_ends_at_its_targets(beam: Scene) -> None:
     result = run(beam.with_(stage=[{"control": "dissipation", "to": [20.0, 40.0], "steps": 10}]), model="smeared")
     assert result.dissipated_energy == pytest.approx(40.0, abs=1e-3)
@@ -145,21 +146,17 @@ def test_an_interruption_carries_what_was_computed() -> None:
 
 
 @pytest.mark.parametrize(("cause", "factor"), [(None, 0.5), (PointFailure("a plane", 0), 0.25)])
-def test_a_failed_step_is_cut_in_two_and_a_failed_point_in_four(
-    cause: PointFailure | None, factor: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    tried: list[float] = []
+def test_a_failed_step_is_cut_in_two_and_a_failed_point_in_four(cause: PointFailure | None, factor: float) -> None:
+    calls = count()
 
-    def advance_unless_first(problem: Any, state: Any, control: str, target: float, reversal: bool) -> Any:
-        tried.append(target)
-        if len(tried) == 1:
+    def fail_at_first(border: Border) -> None:
+        if next(calls) == 0:
             raise NotConverged("at first") from cause
-        return advance_past_onset(problem, state, control, target, reversal)
 
-    monkeypatch.setattr("cohesive.solver.target_path.advance_past_onset", advance_unless_first)
-    result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 5}]))
-    assert tried[:2] == pytest.approx([0.01, 0.01 * factor])
-    assert list(result.history["cuts"][1:3]) == [1, 0]
+    march = interfered_march(block(stage=[{"control": "opening", "to": 0.05, "steps": 5}]), fail_at_first)
+    steps = list(march)
+    assert march.record(steps[0].equilibrium.state)["opening"] == pytest.approx(0.01 * factor)
+    assert [step.cuts for step in steps[:2]] == [1, 0]
 
 
 def test_where_newton_alternates_under_dissipation_control_secant_tangents_lead_on(monkeypatch: pytest.MonkeyPatch) -> None:

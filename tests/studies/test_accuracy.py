@@ -15,7 +15,7 @@ from cohesive.studies.accuracy import parse, settings_for, stored
 from cohesive.studies.curves import curve_of
 from cohesive.studies.parameters import changes
 from cohesive.studies.trade import Trade
-from cohesive.studies.trials import Cost, Trial, errors
+from cohesive.studies.trials import Cost, SweepSetting, errors
 from tests.builders import OF_A_FILE
 
 BEAM = Scene.load("notched-beam")
@@ -25,12 +25,12 @@ BARE = Scene({key: value for key, value in BEAM.data.items() if key != "referenc
 def made(scene: Scene) -> Trade:
     """A trade of three settings: 4 % in 1 s, 0.8 % in 2 s, 0.3 % in 9 s; the reference is known to 0.1 %."""
 
-    def one(error: float, cpu: float, settings: dict[str, object]) -> Trial:
-        errors = dict.fromkeys(("peak", "opening_at_peak", "energy", "curve_distance"), error)
-        return Trial(settings, errors, Cost(cpu, cpu, 100.0, 10))
+    def one(error: float, cpu: float, settings: dict[str, object]) -> SweepSetting:
+        errors = dict.fromkeys(("peak", "at_peak", "energy", "curve_distance"), error)
+        return SweepSetting(settings, errors, Cost(cpu, cpu, 100.0, 10))
 
     trials = [one(0.008, 2.0, {}), one(0.04, 1.0, {"steps": 0.5}), one(0.003, 9.0, {"crack size": 0.5})]
-    return Trade(scene, {"peak": 1.0, "opening_at_peak": 1.0, "energy": 1.0}, 0.001, trials)
+    return Trade(scene, {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 0.001, trials)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,10 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert err.startswith("cohesive: accuracy banana: expected a percentage") and len(err.splitlines()) == 1
 
 
-@pytest.mark.parametrize(("scale", "Gf"), [(1.0, 0.07), (8.0, 0.07), (1.0, 0.01)])
+@pytest.mark.parametrize(
+    ("scale", "Gf"),
+    [pytest.param(1.0, 0.07, marks=pytest.mark.long), pytest.param(8.0, 0.07, marks=pytest.mark.long), (1.0, 0.01)],
+)
 def test_default_element_sizes_cost_less_than_one_percent(scale: float, Gf: float) -> None:
     """The beam at E Gf / ft^2 of 9, 1.1 and 1.3 times its ligament, against elements of a quarter of the size."""
     data = copy.deepcopy(Scene.load("notched-beam").data)

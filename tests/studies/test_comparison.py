@@ -11,7 +11,7 @@ from scipy.integrate import trapezoid
 
 from cohesive import Comparison, Scene, compare, run
 from cohesive.commands.command_line import main
-from cohesive.elements.bulk import ELEMENTS
+from cohesive.elements.registry import ELEMENTS
 from examples import discrete_and_smeared, sandwich_panel
 from meshing.paths import along_paths
 from tests.builders import block
@@ -105,6 +105,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert len((tmp_path / "out" / "smeared" / "history.csv").read_text().splitlines()) == 10
 
 
+@pytest.mark.long
 def test_a_run_that_stops_is_compared_as_far_as_it_came(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A load beyond the peak has no equilibrium in either model."""
     changes = ["mesh.crack_size=12.5", "mesh.far_size=12.5", "stage.0.control=load", "stage.0.to=1600.0", "stage.0.steps=1"]
@@ -125,9 +126,10 @@ def fine_beam(**changes: object) -> tuple[float, float]:
     return h["load"].max(), float(trapezoid(np.r_[0, h["load"]], np.r_[0, h["opening"]]))
 
 
+@pytest.mark.long
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     peak, energy = fine_beam()
-    monkeypatch.setattr("cohesive.model.band.centre_line", lambda kind, d: ELEMENTS["quad"][1])
+    monkeypatch.setattr("cohesive.model.band.centre_rule", lambda kind: ELEMENTS["quad"].rule)
     locked_peak, locked_energy = fine_beam()
     assert locked_peak > 1.03 * peak and locked_energy > 1.1 * energy
 
@@ -144,6 +146,7 @@ def test_a_new_plane_turns_at_will_where_the_principal_stresses_are_alike(monkey
 # -- the examples, small ------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_shear_scaling_makes_meshes_agree(tmp_path: Path) -> None:
     result = sandwich_panel.main(sizes=(100.0, 50.0), plot=tmp_path / "panel.png")
     assert result["spread with scaling"] < 0.02
@@ -152,6 +155,7 @@ def test_shear_scaling_makes_meshes_agree(tmp_path: Path) -> None:
     assert (tmp_path / "panel.png").stat().st_size > 1e4
 
 
+@pytest.mark.long
 def test_discrete_and_smeared_close_in(tmp_path: Path) -> None:
     rows = discrete_and_smeared.main((5.0, 1.0, 0.2), (5.0, 2.5), steps=30, plot=tmp_path / "both.png")
     discrete, smeared = ([row.peak for row in rows[model]] for model in ("discrete", "smeared"))

@@ -15,11 +15,10 @@ from tests.builders import block
 SMALL = {"stage__0__to": 0.02, "solver__tol": 1e-6}
 
 
-@pytest.fixture(autouse=True)
-def _once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+pytestmark = pytest.mark.usefixtures("once")
 
 
+@pytest.mark.long
 def test_a_client_runs_the_trials() -> None:
     distributed = pytest.importorskip("distributed")
     seen: list[str] = []
@@ -29,7 +28,7 @@ def test_a_client_runs_the_trials() -> None:
     ):
         found = trade(block(**SMALL), client.get_executor(), lambda trial: seen.append(trial.label), ["steps", "order"])
     with ThreadPoolExecutor(1) as pool:
-        here = trade(block(**SMALL), pool, knobs=["steps", "order"])
+        here = trade(block(**SMALL), pool, settings=["steps", "order"])
     errors = {trial.label: trial.error for trial in here.trials}
     assert sorted(seen) == sorted(trial.label for trial in found.trials)
     for trial in found.trials:
@@ -38,6 +37,7 @@ def test_a_client_runs_the_trials() -> None:
     assert {"as it is", "order 2", "steps x 2", "finer x 4"} <= {trial.label for trial in found.trials}
 
 
+@pytest.mark.long
 def test_the_command_starts_a_cluster_of_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
     words = [
@@ -47,7 +47,7 @@ def test_the_command_starts_a_cluster_of_its_own(tmp_path: Path, capsys: pytest.
         "mesh.far_size=25.0",
         "--set",
         "stage.0.steps=4",
-        "--knobs",
+        "--settings",
         "condensation",
     ]
     assert main(["trade", "single-crack", "--dask", "local", "-o", str(tmp_path), *words]) == 0

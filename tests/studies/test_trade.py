@@ -13,8 +13,8 @@ import pytest
 from cohesive import Result, Scene, SceneError, run
 from cohesive.commands.command_line import main
 from cohesive.studies.curves import curve_of
-from cohesive.studies.parameters import KNOBS, changes
-from cohesive.studies.trade import Cost, Trade, Trial, combined, finest, trade
+from cohesive.studies.parameters import SETTINGS, changes
+from cohesive.studies.trade import Cost, SweepSetting, Trade, combined, finest, trade
 from cohesive.studies.trials import MEASURES, errors
 from tests.builders import OF_A_FILE
 
@@ -22,7 +22,7 @@ CHANGES = {"mesh.crack_size": 5.0, "mesh.far_size": 15.0, "stage.0.steps": 16}
 
 
 @pytest.fixture
-def pool() -> Iterator[Executor]:
+def pool(once: None) -> Iterator[Executor]:
     """Trials share the process: their memory is not their own, the rest is."""
     with ThreadPoolExecutor(1) as executor:
         yield executor
@@ -36,9 +36,9 @@ def secant_finds_the_same(scene: Scene) -> Result:
     return secant
 
 
-def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
-    seen: list[Trial] = []
+@pytest.mark.long
+def test_errors_fall_with_the_settings(pool: Executor, tmp_path: Path) -> None:
+    seen: list[SweepSetting] = []
     found = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
     assert {id(trial) for trial in seen} == {id(trial) for trial in found.trials} and found.trials[0].settings == {}
     error = {trial.label: trial.error for trial in found.trials}
@@ -69,13 +69,12 @@ def test_errors_fall_with_the_knobs(pool: Executor, tmp_path: Path, monkeypatch:
     assert (tmp_path / "trade.png").stat().st_size > 1e4 and "cheapest for 1 %" in (tmp_path / "trade.txt").read_text()
 
 
-@pytest.mark.parametrize("name", ["notched-beam-3d", "single-crack-3d"])
-def test_a_trade_in_3d(name: str, pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+@pytest.mark.parametrize("name", [pytest.param("notched-beam-3d", marks=pytest.mark.long), "single-crack-3d"])
+def test_a_trade_in_3d(name: str, pool: Executor) -> None:
     sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
     if name == "single-crack-3d":
         sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
-    found = trade(Scene.load(name).with_(**sizes), pool, knobs=["crack size", "layers"])
+    found = trade(Scene.load(name).with_(**sizes), pool, settings=["crack size", "layers"])
     error = {trial.label: trial.error for trial in found.trials}
     assert error["finer x 2.5"] == 0.0 and error["finer x 1.25"] == found.own_error
     assert found.own_error < error["as it is"] or name == "single-crack-3d"  # four steps over a snap are as they come
@@ -93,9 +92,10 @@ def test_a_body_with_a_large_crack_gets_a_reference_that_can_be_paid() -> None:
 
 
 def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() -> None:
-    def one(error: float, cpu: float, **settings: object) -> Trial:
+    def one(error: float, cpu: float, **settings: object) -> SweepSetting:
         errors = {"peak": error, "energy": 0.0, "curve_distance": 0.0}
-        return Trial({knob.replace("_", " "): value for knob, value in settings.items()}, errors, Cost(cpu, cpu, 100.0, 10))
+        named = {name.replace("_", " "): value for name, value in settings.items()}
+        return SweepSetting(named, errors, Cost(cpu, cpu, 100.0, 10))
 
     trials = [
         one(0.003, 1.0),
@@ -106,7 +106,7 @@ def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() ->
         one(0.003, 0.99, tolerance=0.01),  # not worth it
         one(0.003, 2.0, width=4.0),  # dearer
         one(0.003, 0.1, model="discrete"),  # another physics
-        Trial({"half": True}, failure="no"),
+        SweepSetting({"half": True}, failure="no"),
     ]
     finer = [one(0.001, 3.0, finer=2.0), one(0.0, 9.0, finer=4.0)]
     assert combined(trials, 0.001, finer) == [
@@ -119,9 +119,9 @@ def test_combinations_take_the_cheapest_value_of_each_knob_that_errs_little() ->
 
 def test_a_setting_that_fails_is_a_row_with_its_reason() -> None:
     scene = Scene.load("notched-beam")
-    good = Trial({}, {"peak": 0.0, "energy": 0.001, "curve_distance": 0.002}, Cost(1.0, 1.0, 100.0, 10))
-    bad = Trial({"half": True}, failure="no convergence")
-    found = Trade(scene, {"peak": 1.0, "opening_at_peak": 1.0, "energy": 1.0}, 1e-3, [good, bad])
+    good = SweepSetting({}, {"peak": 0.0, "energy": 0.001, "curve_distance": 0.002}, Cost(1.0, 1.0, 100.0, 10))
+    bad = SweepSetting({"half": True}, failure="no convergence")
+    found = Trade(scene, {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, [good, bad])
     assert bad.error == float("inf") and found.pareto_front() == [good]
     assert "half" in found.summary() and "failed: no convergence" in found.summary()
     assert found.cheapest(0.01) is good and found.cheapest(0.002) is None
@@ -129,36 +129,46 @@ def test_a_setting_that_fails_is_a_row_with_its_reason() -> None:
 
 def test_another_problem_is_no_cheap_setting() -> None:
     errors = {"peak": 0.001, "energy": 0.0, "curve_distance": 0.0}
-    base, other = (Trial(s, errors, Cost(c, c, 100.0, 10)) for s, c in (({}, 1.0), ({"model": "discrete"}, 0.1)))
-    found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "opening_at_peak": 1.0, "energy": 1.0}, 1e-3, [base, other])
+    base, other = (SweepSetting(s, errors, Cost(c, c, 100.0, 10)) for s, c in (({}, 1.0), ({"model": "discrete"}, 0.1)))
+    found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, [base, other])
     assert found.cheapest(0.01) is base and found.pareto_front() == [base]
     assert "model discrete" in found.summary()
 
 
 def test_on_another_scene_errors_may_not_cancel() -> None:
-    def one(error: float, **settings: object) -> Trial:
+    def one(error: float, **settings: object) -> SweepSetting:
         errors = {"peak": error, "energy": 0.0, "curve_distance": 0.0}
-        return Trial(settings, errors, Cost(1.0, 1.0, 100.0, 10))
+        return SweepSetting(settings, errors, Cost(1.0, 1.0, 100.0, 10))
 
     trials = [
         one(0.003), one(0.005, steps=0.5), one(0.009, order=2), one(0.002, condensation="never"),
         one(0.004, steps=0.5, order=2), one(0.002, finer=2.0), one(0.0, finer=2.0, steps=0.5),
     ]  # fmt: skip
-    found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "opening_at_peak": 1.0, "energy": 1.0}, 1e-3, trials)
+    found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, trials)
     assert [found.promise(trial) for trial in trials] == pytest.approx([0.004, 0.006, 0.010, 0.003, 0.005, 0.003, 0.001])
     elsewhere = [0.003, 0.005, 0.009, 0.002, 0.003 + 0.002 + 0.006, 0.002, 0.002 + 0.002]  # what each loses, added
     assert [found.promise(trial, True) for trial in trials] == pytest.approx([3.0 * e + 0.001 for e in elsewhere])
 
 
-def test_some_knobs_only(pool: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cohesive.studies.trials.REPEATED", 0.0)
+def test_some_settings_only(pool: Executor) -> None:
     scene = Scene.load("notched-beam").with_(**CHANGES, **{"stage.0.to": 0.03})
-    labels = {trial.label for trial in trade(scene, pool, knobs=["half", "tolerance"]).trials}
+    labels = {trial.label for trial in trade(scene, pool, settings=["half", "tolerance"]).trials}
     singles = {"half", "tolerance 0.01", "tolerance 0.001", "tolerance 1e-06"}
     assert labels >= {"as it is", "finer x 2", "finer x 4", *singles}
     assert not any("steps" in each or "width" in each for each in labels)
-    with pytest.raises(SceneError, match=f"knobs: 'width of it' is unknown; expected some of {', '.join(KNOBS)}"):
-        trade(scene, pool, knobs=["width of it"])
+    with pytest.raises(SceneError, match=f"settings: 'width of it' is unknown; expected some of {', '.join(SETTINGS)}"):
+        trade(scene, pool, settings=["width of it"])
+    with (
+        pytest.warns(DeprecationWarning, match=r"trade\(knobs=...\) is now trade\(settings=...\)"),
+        pytest.raises(SceneError, match="settings: 'no setting' is unknown"),
+    ):
+        trade(scene, pool, knobs=["no setting"])
+
+
+def test_the_old_option_says_its_new_name(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["trade", "notched-beam", "-o", str(tmp_path / "out"), "--knobs", "no setting"]) == 2
+    said = capsys.readouterr().err
+    assert "--knobs is now --settings" in said and "'no setting' is unknown" in said
 
 
 def table(folder: Path) -> list[dict[str, str]]:
@@ -172,10 +182,11 @@ def test_a_mesh_file_has_no_sizes_to_turn(tmp_path: Path) -> None:
         trade(Scene(OF_A_FILE, tmp_path))
 
 
+@pytest.mark.long
 def test_command_in_processes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The smeared single crack, small: each run in a process of its own."""
     changes = ["model.kind=smeared", "mesh.crack_size=20.0", "mesh.far_size=25.0", "stage.0.steps=4", "stage.0.to=0.03"]
-    words = ["--knobs", "steps, model", *(word for change in changes for word in ("--set", change))]
+    words = ["--settings", "steps, model", *(word for change in changes for word in ("--set", change))]
     assert main(["trade", "single-crack", "-o", str(tmp_path), *words]) == 0
     out = capsys.readouterr().out
     assert "model discrete" in out and "cheapest for 5 %" in out

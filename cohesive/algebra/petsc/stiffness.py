@@ -66,24 +66,24 @@ class PetscStiffness:
 
     library = ""
 
-    def __init__(self, matrix: sp.csc_array) -> None:
+    def __init__(self, matrix: sp.csc_array, factor: float = 1.0) -> None:
         if rank_and_size()[1] > 1 and not _is_started():
             raise _refused(
                 f" on {rank_and_size()[1]} processes: expected a call of cohesive.petsc.start() at the beginning of the script"
             )
         solver_type()
-        self._matrix = matrix
+        self._matrix, self._factor = matrix, factor
         self._layout: Layout | None = None
 
     def apply(self, v: Array) -> Array:
-        return np.asarray(self._matrix @ v)
+        return np.asarray(self._factor * (self._matrix @ v))
 
     @property
     def scale(self) -> float:
-        return float(abs(self._matrix).sum(axis=1).max())
+        return self._factor * float(abs(self._matrix).sum(axis=1).max())
 
     def scaled(self, factor: float) -> PetscStiffness:
-        return PetscStiffness(self._matrix if factor == 1.0 else factor * self._matrix)
+        return PetscStiffness(self._matrix, factor * self._factor)
 
     def drop_factorization(self) -> None:
         self._layout = None
@@ -93,7 +93,8 @@ class PetscStiffness:
         rows, columns, values = border.crack
         layout = self._layout
         if layout is None or layout is not Layout.latest or not layout.fits(rows, columns, border.free):
-            layout = self._layout = Layout.latest = Layout.from_entries(self._matrix, rows, columns, border.free)
+            matrix = self._factor * self._matrix
+            layout = self._layout = Layout.latest = Layout.from_entries(matrix, rows, columns, border.free)
             solver = _together("set_up", layout.shares(_processes()))[0]
             self.library = f"PETSc {'.'.join(map(str, petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
         load, row, right = border.forces(border.load), border.forces(border.row), border.forces(right)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from cohesive import Scene, run
 from cohesive.commands.command_line import main
 from cohesive.scenes.scene import dump_toml
 from tests.hostile import MESHES, NO_MESHES, write_mesh
@@ -48,7 +49,7 @@ def assert_said(arguments: list[str], message: str, capsys: pytest.CaptureFixtur
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", MESHES)
-def test_a_mesh(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     make, message = MESHES[name]
     points, cells, sets = make()
     is_solid = len(points) > 0 and any(kind in ("hexahedron", "tetra", "pyramid") for kind, _ in cells)
@@ -56,7 +57,9 @@ def test_a_mesh(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], m
         sets = sets | {"crack": [i for i, p in enumerate(points) if p[2] == 1]}
     file = write_mesh(tmp_path, (points, cells, sets))
     scene = scene_on(tmp_path, file, is_solid)
-    monkeypatch.setattr("cohesive.results.result.Result.save", lambda *_: None)  # pictures are another matter
+    if not message:  # without pictures, which are another matter
+        assert run(Scene.load(scene), output=tmp_path / "out").steps == 1
+        return
     assert_said(["run", scene, "-o", str(tmp_path / "out")], message, capsys)
 
 

@@ -27,12 +27,18 @@ def area(points, cells):
     return 0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
 
 
+@pytest.fixture
+def soon(monkeypatch):
+    """Meshes are divided from 100 nodes on: calling it says so."""
+    return lambda: monkeypatch.setattr(refinement, "WHOLE_UP_TO", 100)
+
+
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("shape", ["triangle", "quad"])
-def test_a_divided_mesh_is_one_that_gmsh_might_have_made(monkeypatch, shape, order):
+def test_a_divided_mesh_is_one_that_gmsh_might_have_made(soon, shape, order):
     sizes = MeshSizes(0.5, 1.0, shape, order)
     mesh = mesh_polygon(PLATE.corners, PLATE.crack, sizes, PLATE.slits, PLATE.nodes, PLATE.edges)
-    monkeypatch.setattr(refinement, "WHOLE_UP_TO", 100)
+    soon()
     assert halvings(PLATE, sizes) == 2
     divided = mesh_polygon(PLATE.corners, PLATE.crack, sizes, PLATE.slits, PLATE.nodes, PLATE.edges)
     assert [block.type for block in divided.cells] == [block.type for block in mesh.cells]
@@ -93,8 +99,8 @@ def test_new_nodes_of_a_curved_outline_lie_on_it(order):
         assert np.count_nonzero(abs(radius - 10.0) < 1e-9) == 2 * len(rim)
 
 
-def test_a_face_that_is_divided_keeps_its_path(monkeypatch):
-    monkeypatch.setattr(refinement, "WHOLE_UP_TO", 100)
+def test_a_face_that_is_divided_keeps_its_path(soon):
+    soon()
     mesh = mesh_face(PLATE, MeshSizes(0.5, 2.0), conforming=False)  # fine near the path, not aligned with it
     near = np.hypot(*(mesh.points - (25.0, 25.0)).T) < 2.0
     far = mesh.points[:, 0] > 50.0

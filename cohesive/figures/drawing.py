@@ -1,0 +1,154 @@
+"""Figures: their format, and the curve of a run with what was measured."""
+
+from __future__ import annotations
+
+import textwrap
+import warnings
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from ..arrays import Array
+from ..results.agreement import agreements
+from ..results.measures import label_of
+
+if TYPE_CHECKING:
+    from ..measured.curve import Reference
+    from ..results.run_data import RunData
+
+#: measured curves of fewer points are drawn with a mark for each
+_FEW = 100
+
+#: of PNG files, 0 to 9
+_COMPRESSION = 3
+
+#: characters of a title in an inch of its figure, and its lines
+_TITLE_WIDTH, _TITLE_LINES = 11, 2
+
+
+def save_curve(data: RunData, path: Path) -> None:
+    """The curve of a run, with what was measured if there is something; for a platen that moves both ways also the mean
+    tractions on the crack against sliding and opening."""
+    both = data.drives_both_ways and data.scene.output.curve is None
+    figure = new_figure(11.0 if both else 6.4, 4.4)
+    axes, *others = figure.subplots(1, 3 if both else 1, squeeze=False)[0]
+    draw_curve(axes, data)
+    for other, motion, stress, name in zip(
+        others, ("sliding", "opening"), ("stress_s", "stress_n"), ("shear", "normal"), strict=False
+    ):
+        other.plot(data.history[motion], data.history[stress], color="C0")
+        other.set(xlabel=_label(data, motion), ylabel=f"mean {name} traction on the crack (MPa)")
+        other.axhline(0.0, color="0.5", linewidth=0.6)
+    set_title(figure, data.scene.title)
+    save(figure, path)
+
+
+def draw_curve(axes: Axes, data: RunData) -> None:
+    """The curve that the scene asks for; without one the load over the way of a platen that moves both ways, else over what
+    `RunData.controlled` says."""
+    history, reference = data.history, data.reference
+    name, over = data.scene.output.curve or (data.controlled, "load")
+    if data.drives_both_ways and data.scene.output.curve is None:
+        label, x, y = abscissa(data)
+        axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)")
+    else:
+        x, y = history[name], history[over]
+        axes.set(xlabel=_label(data, name), ylabel=_label(data, over))
+        if reference is not None and (name, over) == (reference.against, "load"):
+            draw_reference(axes, reference, history)
+    axes.plot(x, y, color="C0", label="crack band" if data.is_smeared else "discrete crack")
+    peak = int(np.nanargmax(y))
+    largest = f"{'peak' if over == 'load' else 'largest'} {y[peak]:.5g} {data.unit_of(over)}"
+    axes.plot(x[peak], y[peak], "o", color="C3", markersize=4, label=largest)
+    axes.axhline(0.0, color="0.5", linewidth=0.6)
+    plain_legend(axes, axes)
+
+
+def _label(data: RunData, name: str) -> str:
+    unit, words = data.unit_of(name), label_of(data, name).replace("$", r"\$")
+    return f"{words} ({unit})" if unit else words
+
+
+def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Array]:
+    """Name and values (mm) of what the load (N) is drawn over, and the load.
+
+    The load is drawn over a column of the history, that in charge unless one is given; for a platen that moves both ways over
+    its way, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
+    """
+    load, measure = data.history["load"], measure or data.controlled
+    if not data.drives_both_ways:
+        return measure, data.history[measure], load
+    stage = data.history["stage"].astype(int)
+    begins = np.flatnonzero(np.diff(stage)) + 1
+    turned = [row for row in begins if data.scene.stages[stage[row] - 1].angle is not None]
+    way = data.way
+    return "way of the platen, there and back", np.insert(way, turned, way[turned]), np.insert(load, turned, np.nan)
+
+
+def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str, Array] | None = None) -> None:
+    """The measured curves or bands that the scene names; with a history how far it lies from them."""
+    if reference is None:
+        return
+    several, mean = len(reference.curves) > 1, reference.mean()
+    found = {} if history is None else {each.name: each for each in agreements(reference, history)}
+    for i, each in enumerate(reference.curves):
+        label = reference.label + (f", {len(reference.curves)} tests" if several else "") if i == 0 else None
+        if each.is_band:
+            band = axes.fill_between(each.x, *each.bounds, color="0.85")
+            band.set_label(f"{label}, band" if label else "")
+            for bound in each.bounds:
+                axes.plot(each.x, bound, ".", color="0.6", markersize=4)
+        else:
+            if not several and each.name in found:
+                label = f"{label}, rms {100 * found[each.name].rms:.1f} % of its peak"
+            axes.plot(
+                each.x, each.y, "o-" if len(each.x) < _FEW else "-", color="0.6", markersize=3, linewidth=0.8, label=label
+            )
+    if mean is not None:
+        curve = mean[0]
+        rms = f", rms {100 * found[curve.name].rms:.1f} % of its peak" if curve.name in found else ""
+        axes.plot(curve.x, curve.y, "--", color="0.3", linewidth=1.0, label=f"{curve.name}{rms}")
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """A figure of a size in inches, drawn without a window."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def set_title(figure: Figure, *lines: str) -> None:
+    """A title over the whole figure, each of its lines broken and cut as it needs, and taken as it is: no mathtext."""
+    width = int(_TITLE_WIDTH * figure.get_figwidth())
+    text = "\n".join(broken for line in lines if (broken := "\n".join(fitted(line, width, _TITLE_LINES))))
+    figure.suptitle(text, parse_math=False, fontsize="medium" if "\n" in text else "large")
+
+
+def fitted(text: str, width: int, lines: int) -> list[str]:
+    """A text in so many lines of so many characters; it ends in "..." if it is too long. No controls."""
+    clean = "".join(each if each.isprintable() else " " for each in text)
+    return textwrap.wrap(clean, width, max_lines=lines, placeholder=" ...")
+
+
+def plain_legend(place: Axes | Figure, axes: Axes, **options: Any) -> None:
+    """A legend of axes, in them or in their figure, that takes the names in it as they are: no mathtext."""
+    legend = place.legend(*axes.get_legend_handles_labels(), frameon=False, **options)
+    for text in legend.get_texts():
+        text.set_text("\n".join(fitted(text.get_text(), 60, _TITLE_LINES)))
+        text.set_parse_math(False)
+
+
+def save(figure: Figure, path: Path | BytesIO, dpi: int = 130) -> None:
+    """Write a figure as PNG: as `savefig` does, but drawn once and not twice, and compressed less, which takes half the
+    time for files of about the same size."""
+    figure.set_dpi(dpi)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from")  # a title may have any character
+        canvas = FigureCanvasAgg(figure)
+        canvas.print_png(path, pil_kwargs={"compress_level": _COMPRESSION})  # type: ignore[no-untyped-call]

@@ -1,0 +1,104 @@
+"""The figure of a fit: curve over data, residuals, and the softening curve with its band of confidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..scenes.scene import Scene
+from .problem import FitEvaluation, FitProblem
+
+#: one colour for each scene
+_COLOURS = ("C0", "C3", "C2", "C4", "C1", "C5")
+
+
+def draw(
+    problem: FitProblem,
+    best: FitEvaluation,
+    scenes: Sequence[Scene],
+    samples: Callable[[int], Sequence[Any]],
+    values: Mapping[str, float],
+    intervals: Mapping[str, tuple[float, float]],
+) -> Figure:
+    """The figure.
+
+    Parameters
+    ----------
+    scenes : with the fitted numbers
+    samples : softening curves of a scene, by its index: the fitted one, then those drawn from its covariance
+    values, intervals : of the numbers, by name
+    """
+    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
+    parts = figure.add_gridspec(2, 2, width_ratios=(1.25, 1.0), height_ratios=(2.2, 1.0))
+    over, left, curve = (
+        figure.add_subplot(parts[0, 0]), figure.add_subplot(parts[1, 0]), figure.add_subplot(parts[:, 1])
+    )  # fmt: skip
+    _draw_loads(over, problem, best, scenes)
+    _draw_residuals(left, problem, best)
+    _draw_softening(curve, scenes, samples)
+    text = "\n".join(
+        f"{name.removeprefix('material.').replace('softening.', '')} = {value:.4g}  [{intervals[name][0]:.4g}, "
+        f"{intervals[name][1]:.4g}]"
+        for name, value in values.items()
+    )
+    curve.text(0.97, 0.72, text, transform=curve.transAxes, ha="right", va="top", fontsize="small")
+    left.sharex(over)
+    return figure
+
+
+def _draw_loads(axes: Axes, problem: FitProblem, best: FitEvaluation, scenes: Sequence[Scene]) -> None:
+    several = len(problem.data) > 1
+    for i, (data, rows) in enumerate(zip(problem.data, best.rows, strict=True)):
+        colour = _COLOURS[i % len(_COLOURS)]
+        name = f" ({scenes[i].title})" if several else ""
+        for k, each in enumerate(data.curves):
+            label = None if k else f"measured{name}"
+            if each.is_band:
+                axes.fill_between(each.x, *each.bounds, color=colour, alpha=0.2, linewidth=0.0, label=label)
+            else:
+                style = "." if len(each.x) > 100 else "o"
+                axes.plot(each.x, each.y, style, color=colour, markersize=3 if style == "." else 4, alpha=0.5, label=label)
+        x, y = np.r_[0.0, rows.history[data.against]], np.r_[0.0, rows.history["load"]]
+        axes.plot(x, y, color=colour, label=f"fit{name}")
+    axes.set_ylabel("load (N)")
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlim(left=0.0)
+    axes.legend(fontsize="small")
+    axes.set_title(f"rms {100 * problem.rms(best):.2f} % of the peak", fontsize="medium")
+    axes.tick_params(labelbottom=False)
+
+
+def _draw_residuals(axes: Axes, problem: FitProblem, best: FitEvaluation) -> None:
+    for i, (data, load) in enumerate(zip(problem.data, best.loads, strict=True)):
+        gap = 100.0 * data.gap(load)[0]
+        axes.plot(data.x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=5 if len(gap) <= 100 else 2)
+    axes.axhline(0.0, color="0.5", linewidth=0.8)
+    against = {data.against for data in problem.data}
+    axes.set_xlabel(f"{' / '.join(sorted(against))} (mm)")
+    axes.set_ylabel("fit - measured\n(% of the peak)")
+
+
+def _draw_softening(axes: Axes, scenes: Sequence[Scene], samples: Callable[[int], Sequence[Any]]) -> None:
+    materials = [scene.material for scene in scenes]
+    distinct = [0] + [i for i in range(1, len(materials)) if materials[i] != materials[0]]
+    unit = max(float(materials[i].Gf) / float(materials[i].ft) for i in distinct)
+    ends = [float(materials[i].curve.end) for i in distinct]
+    last = min(max(ends), 6.0 * unit) if np.isfinite(max(ends)) else 6.0 * unit
+    w = np.linspace(0.0, last, 300)
+    for i in distinct:
+        colour = _COLOURS[i % len(_COLOURS)]
+        stresses = np.array([curve.stress(w) for curve in samples(i)])
+        if len(stresses) > 20:
+            low, high = np.quantile(stresses, (0.025, 0.975), axis=0)
+            axes.fill_between(w, low, high, color=colour, alpha=0.2, linewidth=0.0, label="95 % band (covariance)")
+        name = f" ({scenes[i].title})" if len(distinct) > 1 else ""
+        axes.plot(w, stresses[0], color=colour, label=f"fitted curve{name}")
+    axes.set_xlabel("crack opening w (mm)")
+    axes.set_ylabel("stress (MPa)")
+    axes.set_xlim(0.0, last)
+    axes.set_ylim(0.0, 1.8 * max(float(materials[i].ft) for i in distinct))
+    axes.legend(fontsize="small")

@@ -1,0 +1,384 @@
+"""`fit`: from measured curves to the numbers of a scene, with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SceneError
+from ..measured.curve import Measured, Reference
+from ..scenes.reference import load_reference, reference_to
+from ..scenes.scene import Scene
+from ..solver.controls import control_of
+from .data import Data
+from .intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics
+from .parameters import inside, varied
+from .problem import FAILURES, FitEvaluation, FitProblem
+from .repeated_run import RepeatedRun, value_of
+from .result import Fit, Minimum
+
+#: changes of the numbers, and of the sum of squares, below which a fit ends
+_XTOL, _FTOL = 1e-4, 1e-5
+
+#: change of a scaled number up to which residuals are linear
+_FAR = 0.1
+
+#: part of the sum of squares that no minimum could lose to a Gauss-Newton step, if it is worth anything: mean square above
+_STUCK, _NOTHING = 0.05, 1e-6
+
+#: how often a start that does not run is moved half the way to the first one
+_PULLS = 3
+
+#: most evaluations of a fit from one start, and of one with a number fixed
+_MOST, _MOST_FIXED = 40, 8
+
+#: residuals are outliers to soft_l1 from this part of the peak on
+_OUTLIER = 0.02
+
+#: minima are one if no scaled number differs by more than this
+_DISTINCT = 0.03
+
+#: the test does not see a number that moves no load by this part of the peak when it changes by its own size
+_UNSEEN = 1e-3
+
+#: how far an interval reaches at most, scaled: a factor of 1000, which says that the number is not seen
+_FURTHEST = float(np.log(1000.0))
+
+#: parameters of contact and shear
+_OF_SHEAR = ("h", "m_g", "r_sigma", "mu_sigma", "c1", "n_g", "r_z", "c_zn", "c_lm", "u_phi0", "Zm")
+
+#: measured and computed largest loads may differ by this factor
+_UNITS = 100.0
+
+#: loads at the same place may differ by this factor, in the median of those above this part of the peak
+_OFF, _HIGH = 20.0, 0.1
+
+
+def fit(
+    scenes: Scene | Sequence[Scene],
+    vary: Mapping[str, tuple[float, float]],
+    reference: Any = None,
+    loss: str | None = None,
+    weights: str = "arc",
+    own: Sequence[str] = (),
+    starts: int = 1,
+    profile: bool = False,
+    scatter: Mapping[str, float] | None = None,
+    check: bool = True,
+) -> Fit:
+    """Numbers of one or several scenes with which the computed loads come closest to the measured ones.
+
+    The mesh, its condensed stiffness and the width of the crack plane are kept: those of the scene as it is given. The
+    Jacobian is exact, see `sensitivities`. A scene that is loaded once stands at the measured places, whatever its stage
+    says.
+
+    Parameters
+    ----------
+    scenes : one, or several that share the numbers
+    vary : {key: (low, high)}; a fit starts from what the scene has
+    reference : Reference, Measured, (x, y) in mm and N, or a file (see `read_measured`); a list for several
+        scenes. Default: what each scene names
+    loss : "linear" (least squares), "soft_l1" (outliers count less), or "band": nothing counts inside the measured bounds.
+        Default: of each scene its own, "band" for a measured band, else "linear"
+    weights : "arc": a curve of more than 100 rows is averaged over 100 pieces of equal length; "rows": each row counts
+    own : keys of which each scene has its own number, named KEY@1, KEY@2
+    starts : from so many places; beyond the first by Latin hypercube. All distinct minima are reported
+    profile : whether intervals come from profile likelihood, else from the covariance
+    scatter : {key: standard deviation} of numbers that are known to scatter, as specimen.notch; goes into the intervals
+    check : whether the fit is run once more on the mesh that the rule gives with the fitted numbers
+
+    Raises
+    ------
+    SceneError
+        For bad input, with the key, or a number that the test cannot see.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, fit, run
+    >>> beam = Scene.load("notched-beam")
+    >>> measured = run(beam.with_(**{"material.ft": 3.0})).history
+    >>> found = fit(beam, {"material.ft": (1.0, 6.0)}, reference=(measured["opening"], measured["load"]), check=False)
+    >>> print(f"{found.values['material.ft']:.2f} MPa")
+    3.00 MPa
+    """
+    each = [scenes] if isinstance(scenes, Scene) else list(scenes)
+    problem = _problem(each, vary, reference, loss, weights, own)
+    first = _first(problem)
+    _refuse_unseen(problem, first)
+    found_minima = minima(problem, _starts(problem, starts))
+    best = problem.evaluate(found_minima[0].z)
+    added = _scatter(problem, best, scatter or {})
+    found = statistics(problem, best, added)
+    kind, ends = _intervals(problem, best, found, profile)
+    if profile and kind == "profile" and added is not None:
+        half = found.quantile * np.sqrt(np.diag(added))
+        ends = best.z[:, None] + np.sign(ends - best.z[:, None]) * np.hypot(ends - best.z[:, None], half[:, None])
+    ends = np.clip(ends, best.z[:, None] - _FURTHEST, best.z[:, None] + _FURTHEST)
+    words = in_words(problem.parameters, best.z, ends, found.correlation, found.count, kind == "feasible")
+    return Fit(each, problem, found_minima, best, found, ends, kind, words, check)
+
+
+def _problem(
+    scenes: list[Scene],
+    vary: Mapping[str, tuple[float, float]],
+    reference: Any,
+    loss: str | None,
+    weights: str,
+    own: Sequence[str],
+) -> FitProblem:
+    """Scenes, data and numbers."""
+    if not scenes or not all(isinstance(scene, Scene) for scene in scenes):
+        raise TypeError(f"fit({scenes!r}): expected a Scene, or a list of them")
+    given = list(reference) if isinstance(reference, list) else [reference] * len(scenes)
+    if len(given) != len(scenes):
+        raise SceneError(f"reference: {len(given)} for {len(scenes)} scenes; expected one for each", "reference")
+    references = [_reference(scene, one) for scene, one in zip(scenes, given, strict=True)]
+    data = [Data.from_reference(one, weights, loss) for one in references]
+    for scene in scenes:
+        for key in vary:
+            value_of(scene, key)
+    parameters = varied(scenes, vary, own)
+    started = {p.key: p.start for p in reversed(parameters)}
+    return FitProblem([RepeatedRun(scene.with_(**started)) for scene in scenes], data, parameters)
+
+
+def _reference(scene: Scene, given: Any) -> Reference:
+    """The measured curve of a scene."""
+    if isinstance(given, (str, Path)):
+        scene = scene.with_(**{"reference.file": str(Path(given).resolve())})
+        given = None
+    if given is None:
+        named = load_reference(scene)
+        if named is None:
+            raise SceneError(f"reference is missing in scene '{scene.title}': expected a measured curve to fit", "reference")
+        return named
+    if isinstance(given, Reference):
+        return given
+    control = scene.stages[0].control
+    against = control if control_of(control).is_motion else "opening"
+    return reference_to(scene, given if isinstance(given, Measured) else Measured.from_curve(*given), against)
+
+
+def _first(problem: FitProblem) -> FitEvaluation:
+    """The run from the start, whose scales must be those of the data."""
+    z = inside(problem.parameters, problem.start)
+    try:
+        evaluation = problem.evaluate(z)
+    except FAILURES as error:
+        raise SceneError(f"the start of the fit does not run: {error}; expected other numbers in the scene") from error
+    for data, rows, load in zip(problem.data, evaluation.rows, evaluation.loads, strict=True):
+        ratio = data.peak / max(float(rows.history["load"].max()), 1e-300)
+        if not 1.0 / _UNITS < ratio < _UNITS and ratio < 1e8:  # beyond only rounding is left: for that see the openings
+            raise SceneError(
+                f"reference: its largest load is {data.peak:.4g} N, the scene starts from {data.peak / ratio:.4g} N; expected "
+                "loads in N (see reference.y_unit)",
+                "reference.y_unit",
+            )
+        high = data.middle > _HIGH * data.peak
+        off = float(np.median(data.middle[high] / np.maximum(load[high], 1e-9 * data.peak)))
+        if not 1.0 / _OFF < off < _OFF:
+            raise SceneError(
+                f"reference: its loads are {off:.3g} times those of the scene at the same {data.against}, its largest one is "
+                f"met at {data.x[int(data.middle.argmax())]:.3g} mm; expected mm (see reference.x_unit), or other numbers in "
+                "the scene",
+                "reference.x_unit",
+            )
+    return evaluation
+
+
+def _refuse_unseen(problem: FitProblem, evaluation: FitEvaluation) -> None:
+    """Refuse numbers that no measured row sees, and those of contact and shear where a symmetric crack only opens."""
+    for each in problem.parameters:
+        scenes = [problem.repeated[i].scene for i in each.scenes]
+        if each.key.split(".")[-1] in _OF_SHEAR and all(map(_only_opens, scenes)):
+            raise _unseen(each.key)
+    moved = np.zeros(len(problem.parameters))
+    for i, data in enumerate(problem.data):
+        moved = np.maximum(moved, abs(problem.slopes(i, evaluation)).max(axis=0) / data.peak)
+    for each, size in zip(problem.parameters, moved, strict=True):
+        if size < _UNSEEN:
+            raise _unseen(each.key)
+
+
+def _only_opens(scene: Scene) -> bool:
+    """Whether the crack of a scene lies in its plane of symmetry and opens all the time."""
+    targets = [target for stage in scene.stages for target in stage.targets]
+    grows = len({stage.control for stage in scene.stages}) == 1 and bool(np.all(np.diff([0.0, *targets]) > 0))
+    return grows and scene.specimen.symmetry() is not None and not any(stage.unload for stage in scene.stages)
+
+
+def _unseen(key: str) -> SceneError:
+    return SceneError(
+        f"{key}: the test does not see it, changed by its own size it moves no load by .1 % of the peak. Contact, its lengths "
+        "and the shear of the damage surface are not identifiable from a crack that only opens; expected a test with "
+        "unloading or shear, or this key left out",
+        key,
+    )
+
+
+def _starts(problem: FitProblem, count: int) -> list[Array]:
+    """The scaled numbers from which a fit is started."""
+    if count < 1:
+        raise SceneError(f"starts = {count}: expected at least 1", "starts")
+    found = [inside(problem.parameters, problem.start)]
+    if count > 1:
+        from scipy.stats import qmc  # slow to import
+
+        low, high = np.array([each.bounds for each in problem.parameters]).T
+        sample = qmc.LatinHypercube(len(low), seed=1).random(count - 1)
+        found += [inside(problem.parameters, z) for z in low + sample * (high - low)]
+    return found
+
+
+def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
+    """The distinct minima, the best one first."""
+    found: list[Minimum] = []
+    middle = np.array([each.bounds for each in problem.parameters]).mean(axis=1)
+    for start in starts:
+        solved = minimize(problem, start, strict=True)
+        for _ in range(_PULLS):  # towards a start that runs
+            if solved is not None:
+                break
+            start = 0.5 * (start + (middle if start is starts[0] else starts[0]))
+            solved = minimize(problem, start, strict=True)
+        if solved is None:
+            continue
+        twins = [one for one in found if abs(one.z - solved[0]).max() < _DISTINCT]
+        found = [one for one in found if one not in twins]
+        best = min([_minimum(problem, *solved, starts=0), *twins], key=lambda one: one.cost)
+        found.append(replace(best, starts=1 + sum(one.starts for one in twins)))
+    if not found:
+        solved = minimize(problem, starts[0])
+        if solved is None:
+            raise SceneError("no start of the fit runs; expected other bounds")
+        found.append(_minimum(problem, *solved, starts=0))
+    return sorted(found, key=lambda one: one.cost)
+
+
+def _minimum(problem: FitProblem, z: Array, cost: float, evaluations: int, starts: int) -> Minimum:
+    return Minimum(z, cost, problem.by_name(z), problem.rms(problem.evaluate(z)), evaluations, starts)
+
+
+def minimize(
+    problem: FitProblem, start: Array, fixed: int | None = None, most: int = _MOST, ftol: float = _FTOL, strict: bool = False
+) -> tuple[Array, float, int] | None:
+    """The minimum next to a start: numbers, sum of squares, evaluations.
+
+    None if the start does not run; if `strict` also if the way down ends where it leads on: at numbers with which there is no
+    run, or a snap.
+
+    Parameters
+    ----------
+    fixed : index of a number that stays as it is.
+    """
+    from scipy.optimize import least_squares  # slow to import
+
+    free = np.array([j for j in range(len(start)) if j != fixed])
+    low, high = np.array([problem.parameters[j].bounds for j in free]).reshape(-1, 2).T
+    whole = np.array(start, dtype=float)
+
+    def at(z: Array) -> Array:
+        full = whole.copy()
+        full[free] = z
+        return full
+
+    if not np.isfinite(problem.residuals(whole)).all():
+        return None
+    if not len(free):
+        return whole, cost_of(problem, problem.residuals(whole)), 1
+    room = 1e-6 * (high - low)
+    found = least_squares(
+        lambda z: problem.residuals(at(z)),
+        np.clip(whole[free], low + room, high - room),
+        jac=lambda z: problem.jacobian(at(z))[:, free],
+        bounds=(low, high),
+        loss="soft_l1" if problem.loss == "soft_l1" else "linear",
+        f_scale=_OUTLIER,
+        xtol=_XTOL,
+        ftol=ftol,
+        gtol=1e-10,
+        max_nfev=most,
+    )
+    if strict and is_stuck(found.fun, found.jac[:, found.active_mask == 0]):
+        return None
+    return at(found.x), 2.0 * float(found.cost), int(found.nfev)
+
+
+def is_stuck(residuals: Array, jacobian: Array) -> bool:
+    """Whether a way down ended though it leads on: at numbers with which there is no run, or at a snap."""
+    if float(np.mean(residuals**2)) < _NOTHING or not jacobian.size:
+        return False
+    step = np.linalg.lstsq(jacobian, -residuals, rcond=1e-8)[0]
+    step *= min(1.0, _FAR / max(float(abs(step).max()), 1e-300))  # beyond that nothing is linear
+    left = residuals + jacobian @ step
+    return float(left @ left) < (1.0 - _STUCK) * float(residuals @ residuals)
+
+
+def cost_of(problem: FitProblem, residuals: Array) -> float:
+    """The sum of squares that is minimised."""
+    if problem.loss != "soft_l1":
+        return float(residuals @ residuals)
+    return float(_OUTLIER**2 * 2.0 * (np.sqrt(1.0 + (residuals / _OUTLIER) ** 2) - 1.0).sum())
+
+
+def violation(problem: FitProblem, evaluation: FitEvaluation) -> float:
+    """Sum of the squares of the distances from the bounds, 0 if every row lies inside."""
+    rows = list(zip(evaluation.loads, problem.data, strict=True))
+    if all(data.inside(load) == len(load) for load, data in rows):
+        return 0.0
+    return float(sum(np.square(data.gap(load)[0]).sum() for load, data in rows))
+
+
+def _intervals(problem: FitProblem, evaluation: FitEvaluation, found: Statistics, profile: bool) -> tuple[str, Array]:
+    """Kind and scaled ends of the intervals."""
+
+    def refit(j: int, fixed: float, near: Array) -> tuple[Array, float]:
+        start = inside(problem.parameters, near)
+        start[j] = fixed
+        solved = minimize(problem, start, fixed=j, most=3 if feasible else _MOST_FIXED, ftol=1e-3)
+        if solved is None:
+            return start, np.inf
+        if feasible:
+            return solved[0], violation(problem, problem.evaluate(solved[0]))
+        return solved[0], solved[1]
+
+    feasible = problem.loss == "band" and violation(problem, evaluation) == 0.0
+    if feasible:
+        return "feasible", feasible_ends(problem, evaluation.z, refit)
+    if profile:
+        cost = cost_of(problem, evaluation.residuals)
+        return "profile", profile_ends(problem, evaluation.z, cost, found, refit)
+    return "covariance", covariance_ends(problem, evaluation.z, found)
+
+
+def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[str, float]) -> Array | None:
+    """What known scatter of other numbers adds to the covariance: each moves the fit by -(J'J)^-1 J' dr."""
+    if not scatter:
+        return None
+    varied_keys = {each.key for each in problem.parameters}
+    jacobian = problem.jacobian(evaluation.z)
+    added = np.zeros((len(evaluation.z), len(evaluation.z)))
+    for key, deviation in scatter.items():
+        if key in varied_keys:
+            raise SceneError(f"scatter {key}: it is varied; expected a number that the fit takes as known", key)
+        if not 0.0 < deviation < np.inf:
+            raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
+        parts = []
+        for i, (repeated, data) in enumerate(zip(problem.repeated, problem.data, strict=True)):
+            values = problem.values(evaluation.z, i)
+            base = values.get(key, value_of(repeated.scene, key))
+            moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
+            other = FitProblem([moved], [data], [])
+            shifted = other.evaluate(np.zeros(0)).loads[0]
+            change = (shifted - evaluation.loads[i]) / data.peak
+            parts.append(data.gather @ change)
+            if data.loss == "band":
+                parts.append(data.pull_slope * (data.gather @ change))
+        shift = np.linalg.lstsq(jacobian, np.concatenate(parts), rcond=1e-10)[0]
+        added += np.outer(shift, shift)
+    return added

@@ -1,0 +1,186 @@
+"""What the data say of fitted numbers: covariance, profile likelihood, the feasible set of a band, and all that in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, Mask
+from .data import effective_count
+from .parameters import Varied
+from .problem import FitEvaluation, FitProblem
+
+#: confidence of the intervals
+CONFIDENCE = 0.95
+
+#: correlation from which on two numbers trade, and half width of an interval over the value from which on one is hardly seen
+_TRADES, _WIDE = 0.9, 0.5
+
+#: how closely the ends of a profile are found, in units of its distance, and with how many fits each
+_CLOSE, _FITS = 0.1, 4
+
+#: fits of the other numbers to the minimum, with two of them fixed: (z, cost)
+Refit = Callable[[int, float, Array], tuple[Array, float]]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a minimum says of its numbers, scaled as the optimiser sees them.
+
+    Attributes
+    ----------
+    covariance : (m, m) array
+    count : effective number of independent residuals
+    quantile : of Student's t, half an interval in standard deviations
+    """
+
+    covariance: Array
+    count: float
+    quantile: float
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations, (m,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """(m, m) array."""
+        size = np.where(self.deviation > 0, self.deviation, 1.0)
+        return np.asarray(self.covariance / np.outer(size, size))
+
+    @property
+    def freedom(self) -> float:
+        """Effective residuals beyond the numbers, at least 1."""
+        return max(self.count - len(self.covariance), 1.0)
+
+
+def statistics(problem: FitProblem, evaluation: FitEvaluation, scatter: Array | None = None) -> Statistics:
+    """Covariance at a minimum: s^2 (J'J)^-1 with the effective number of residuals in place of their number.
+
+    Residuals along a curve are correlated. With n of them worth n_eff, s^2 = S/(n_eff - m) n_eff/n and J'J counts n_eff/n.
+
+    Parameters
+    ----------
+    scatter : (m, m) covariance that known scatter of the test adds.
+    """
+    from scipy.stats import t as student  # slow to import
+
+    residuals, jacobian = evaluation.residuals, problem.jacobian(evaluation.z)
+    m = jacobian.shape[1]
+    count = effective_count(sequences(problem, residuals))
+    freedom = max(count - m, 1.0)
+    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-12)
+    scaled = jacobian / size
+    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12) / np.outer(size, size)
+    covariance = float(residuals @ residuals) / freedom * inverse
+    if scatter is not None:
+        covariance = covariance + scatter
+    return Statistics(covariance, count, float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)))
+
+
+def sequences(problem: FitProblem, residuals: Array) -> list[Array]:
+    """The residuals of each curve along it."""
+    found, at = [], 0
+    for data in problem.data:
+        p = data.gather.shape[0]
+        found += np.split(residuals[at : at + p], np.flatnonzero(data.starts)[1:])
+        at += p * (2 if data.loss == "band" else 1)
+    return found
+
+
+def covariance_ends(problem: FitProblem, z: Array, found: Statistics) -> Array:
+    """Ends of the intervals from the covariance, (m, 2), scaled; they may lie beyond the bounds."""
+    half = found.quantile * found.deviation
+    return np.stack([z - half, z + half], axis=1)
+
+
+def profile_ends(problem: FitProblem, z: Array, cost: float, found: Statistics, refit: Refit) -> Array:
+    """Ends of the intervals by profile likelihood, (m, 2), scaled: where the best fit with one number fixed is worse by
+    S/S_min - 1 = t^2/(n_eff - m). An end beyond a bound is that bound."""
+    ends = np.empty((len(z), 2))
+    for j, each in enumerate(problem.parameters):
+        low, high = each.bounds
+        for side, sign, bound in ((0, -1.0, low), (1, 1.0, high)):
+            ends[j, side] = _profile_end(j, sign, bound, z, cost, found, refit)
+    return ends
+
+
+def _profile_end(j: int, sign: float, bound: float, z: Array, cost: float, found: Statistics, refit: Refit) -> float:
+    """One end, by the secant on the root of the rise, which is almost linear in the number."""
+    way, wanted = abs(bound - z[j]), found.quantile
+    step = min(found.quantile * max(float(found.deviation[j]), 1e-9), way)
+    along = found.covariance[:, j] / max(found.covariance[j, j], 1e-300)
+    inner, outer = (0.0, 0.0), (np.inf, np.inf)
+    for _ in range(_FITS):
+        _, worse = refit(j, float(z[j] + sign * step), z + sign * step * along)
+        rise = np.sqrt(max(worse / cost - 1.0, 0.0) * found.freedom) if cost > 0 else np.inf
+        if abs(rise - wanted) <= _CLOSE * wanted:
+            return float(z[j] + sign * min(step * wanted / rise, way))
+        if rise < wanted:
+            if step >= way:
+                return bound
+            inner = (step, rise)
+        else:
+            outer = (step, rise)
+        if np.isfinite(outer[1]):
+            part = (wanted - inner[1]) / (outer[1] - inner[1])
+            step = inner[0] + float(np.clip(part, 0.1, 0.9)) * (outer[0] - inner[0])
+        else:
+            step = min(step * min(wanted / max(rise, 1e-9), 3.0), way) if rise > 0 else min(3.0 * step, way)
+    return float(z[j] + sign * step)
+
+
+def feasible_ends(problem: FitProblem, z: Array, refit: Refit, steps: int = 4) -> Array:
+    """Ends of the set of numbers with which every measured row lies in its band, (m, 2), scaled, each by bisection."""
+    ends = np.empty((len(z), 2))
+    for j, each in enumerate(problem.parameters):
+        for side, bound in enumerate(each.bounds):
+            good, bad, at = 0.0, None, z
+            part = 0.1
+            for _ in range(steps):
+                fixed = float(z[j] + part * (bound - z[j]))
+                there, cost = refit(j, fixed, at)
+                if cost <= 0.0:
+                    good, at = part, there
+                    part = min(2.0 * part, 1.0) if bad is None else 0.5 * (good + bad)
+                else:
+                    bad = part
+                    part = 0.5 * (good + bad)
+                if good == 1.0:
+                    break
+            ends[j, side] = z[j] + good * (bound - z[j])
+    return ends
+
+
+def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: Array, count: float, is_set: bool) -> list[str]:
+    """What the test does not see, one sentence each; else that it sees everything."""
+    found = []
+    at_bound = _at_bounds(parameters, z)
+    for each, is_at in zip(parameters, at_bound, strict=True):
+        if is_at:
+            found.append(f"{each.short} stands at its bound, which decides it and not the data")
+    for i in range(len(z)):
+        for j in range(i):
+            if abs(correlation[i, j]) >= _TRADES:
+                pair = f"{parameters[j].short} and {parameters[i].short}"
+                found.append(f"{pair} trade: r = {correlation[i, j]:.2f}".replace("0.", "."))
+    for each, at, (low, high) in zip(parameters, z, ends, strict=True):
+        value, bottom, top = each.value(float(at)), each.value(float(low)), each.value(float(high))
+        if top - bottom > 2.0 * _WIDE * abs(value):
+            found.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
+    if not is_set and count < 2.0 * len(z) + 1.0:
+        found.append(
+            f"the residuals are worth {count:.1f} independent ones, which hardly bear {len(z)} numbers: fewer would do as well"
+        )
+    if not found:
+        largest = float(abs(correlation - np.eye(len(z))).max()) if len(z) > 1 else 0.0
+        found.append(f"every number is seen on its own: largest correlation {largest:.2f}")
+    return found
+
+
+def _at_bounds(parameters: Sequence[Varied], z: Array) -> Mask:
+    low, high = np.array([each.bounds for each in parameters]).T
+    return np.asarray(np.minimum(z - low, high - z) < 2e-3 * (high - low))

@@ -1,0 +1,243 @@
+"""The residuals of a fit and their Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from meshing.errors import MeshError
+
+from ..arrays import Array
+from ..errors import NotConverged, ParameterError, SceneError, TooCostly
+from ..solver.columns import LOAD_RATIO
+from ..solver.controls import control_of
+from ..solver.events import Event, tolerance
+from ..solver.stages import Stage
+from .data import Data
+from .parameters import Varied
+from .repeated_run import RepeatedRun, Rows
+
+#: what a run with numbers that make no sense may end in
+FAILURES = (NotConverged, TooCostly, SceneError, MeshError, ParameterError, ValueError)
+
+#: iterations that a run may take for each of its steps, and at least
+_ITERATIONS, _LEAST = 8, 200
+
+#: openings at which a run stands that could not go by the measured motion, over the furthest one
+_OPENINGS = np.geomspace(1e-4, 2.0, 70)
+
+#: relative change of the rows of a run for the derivative of what is interpolated between them
+_AT_ROWS = 1e-6
+
+#: relative change for the derivative in a number that is not of the material
+_OF_A_MESH = 1e-3
+
+
+@dataclass
+class FitEvaluation:
+    """The residuals at some numbers.
+
+    Attributes
+    ----------
+    z : (m,) array, the numbers as the optimiser sees them
+    loads : computed loads at the measured rows of each scene, N
+    residuals : (p,) array over the pieces of all scenes, over the largest measured load
+    rows : of each scene
+    slopes : derivatives of the loads of some scenes in the scaled numbers, by the index of the scene, as far as asked for
+    """
+
+    z: Array
+    loads: list[Array]
+    residuals: Array
+    rows: list[Rows]
+    slopes: dict[int, Array] = field(default_factory=dict)
+
+
+@dataclass
+class FitProblem:
+    """Scenes, data and varied numbers.
+
+    Attributes
+    ----------
+    repeated : one for each scene
+    data : its measured rows
+    parameters : what is varied
+    stages : of each scene, with the measured places as targets
+    """
+
+    repeated: Sequence[RepeatedRun]
+    data: Sequence[Data]
+    parameters: Sequence[Varied]
+    stages: list[list[Stage]] = field(init=False)
+    _last: FitEvaluation | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        self.stages = [stages_at(repeated.scene.stages, data) for repeated, data in zip(self.repeated, self.data, strict=True)]
+        for repeated, stages in zip(self.repeated, self.stages, strict=True):
+            repeated.most = max(_LEAST, round(_ITERATIONS * sum(_steps(stage) for stage in stages)))
+
+    @property
+    def start(self) -> Array:
+        """The first numbers, (m,), scaled."""
+        return np.array([each.scaled(each.start) for each in self.parameters])
+
+    def values(self, z: Array, scene: int) -> dict[str, float]:
+        """The numbers of a scene by their keys."""
+        return {each.key: each.value(float(at)) for each, at in zip(self.parameters, z, strict=True) if scene in each.scenes}
+
+    def by_name(self, z: Array) -> dict[str, float]:
+        """All numbers by their names."""
+        return {each.name: each.value(float(at)) for each, at in zip(self.parameters, z, strict=True)}
+
+    def evaluate(self, z: Array) -> FitEvaluation:
+        """The residuals at some numbers.
+
+        Raises
+        ------
+        One of FAILURES
+        """
+        if self._last is not None and np.array_equal(self._last.z, z):
+            return self._last
+        rows = [self._run(i, self.values(z, i)) for i in range(len(self.repeated))]
+        loads = [at_rows(each, data)[0] for each, data in zip(rows, self.data, strict=True)]
+        parts = []
+        for load, data in zip(loads, self.data, strict=True):
+            parts.append(data.gather @ data.gap(load)[0])
+            if data.loss == "band":
+                parts.append(data.gather @ data.pull(load))
+        self._last = FitEvaluation(z.copy(), loads, np.concatenate(parts), rows)
+        return self._last
+
+    def _run(self, i: int, values: dict[str, float]) -> Rows:
+        """A run of a scene; if its crack snaps under the measured motion, by its opening, which goes on."""
+        repeated, stages, data = self.repeated[i], self.stages[i], self.data[i]
+        try:
+            return repeated.run(values, stages)
+        except (NotConverged, TooCostly):
+            if stages == list(repeated.scene.stages) or data.against == "opening":
+                raise
+            furthest = float(data.x.max())
+            targets = [float(each) for each in furthest * _OPENINGS]
+            until = stages[0].until or {data.against: furthest}
+            return repeated.run(values, [replace(stages[0], control="opening", to=targets, steps=1, step=None, until=until)])
+
+    def rms(self, evaluation: FitEvaluation) -> float:
+        """Root of the mean square of the residuals of all rows, over the largest measured load of their scene."""
+        gaps = [data.gap(load)[0] for load, data in zip(evaluation.loads, self.data, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(gaps) ** 2)))
+
+    def residuals(self, z: Array) -> Array:
+        """The residuals, (p,); NaN if there is no run with these numbers, which the optimiser takes for a step too far."""
+        try:
+            return self.evaluate(z).residuals
+        except FAILURES:
+            return np.full(self.count, np.nan)
+
+    @property
+    def loss(self) -> str:
+        """That of all scenes; of scenes that differ theirs, joined by "and"."""
+        return " and ".join(dict.fromkeys(data.loss for data in self.data))
+
+    @property
+    def count(self) -> int:
+        """Number of the residuals."""
+        return sum(int(data.gather.shape[0]) * (2 if data.loss == "band" else 1) for data in self.data)
+
+    def jacobian(self, z: Array) -> Array:
+        """Derivatives of the residuals in the scaled numbers, (p, m)."""
+        evaluation = self.evaluate(z)
+        return np.concatenate([self._block(i, evaluation) for i in range(len(self.repeated))])
+
+    def slopes(self, i: int, evaluation: FitEvaluation) -> Array:
+        """Derivatives of the computed loads of a scene at its measured rows in the scaled numbers, (n, m), N."""
+        if i not in evaluation.slopes:
+            evaluation.slopes[i] = self._slopes(i, evaluation, evaluation.z)
+        return evaluation.slopes[i]
+
+    def _slopes(self, i: int, evaluation: FitEvaluation, z: Array) -> Array:
+        repeated, data, rows, values = self.repeated[i], self.data[i], evaluation.rows[i], self.values(z, i)
+        mine = [j for j, each in enumerate(self.parameters) if i in each.scenes]
+        exact = [j for j in mine if repeated.is_exact([self.parameters[j].key], rows.scene.stages)]
+        found = np.zeros((len(data.x), len(z)))
+        if exact:
+            keys = [self.parameters[j].key for j in exact]
+            columns = repeated.derivatives(rows, values, keys, energies=data.against not in ("load", "opening", "driven"))
+            for j, key in zip(exact, keys, strict=True):
+                found[:, j] = at_rows(rows, data, columns[key])[1]
+        for j in set(mine) - set(exact):
+            key = self.parameters[j].key
+            half = _OF_A_MESH * (abs(values[key]) or 1.0)
+            runs = (repeated.run({**values, key: values[key] + by}, rows.scene.stages) for by in (-half, half))
+            low, high = (at_rows(each, data)[0] for each in runs)
+            found[:, j] = (high - low) / (2.0 * half)
+        return np.asarray(found * np.array([each.slope(float(at)) for each, at in zip(self.parameters, z, strict=True)]))
+
+    def _block(self, i: int, evaluation: FitEvaluation) -> Array:
+        data, slopes = self.data[i], self.slopes(i, evaluation) / self.data[i].peak
+        block = data.gather @ (data.gap(evaluation.loads[i])[1][:, None] * slopes)
+        if data.loss == "band":
+            block = np.concatenate([block, data.pull_slope * (data.gather @ slopes)])
+        return np.asarray(block)
+
+
+def _steps(stage: Stage) -> float:
+    """Number of steps of a stage if none is cut."""
+    return sum(stage.count(abs(way)) for way in np.diff([0.0, *stage.targets])) * (2.0 if stage.unload else 1.0)
+
+
+def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:
+    """The stages of a scene with the measured places as targets, if it is loaded once and they can be prescribed.
+
+    Else they stay, and loads between two rows are interpolated, with derivatives to match.
+    """
+    first = stages[0]
+    monotonic = len(stages) == 1 and first.unload is None and np.all(np.diff([0.0, *first.targets]) > 0)
+    if not monotonic or not control_of(data.against).is_motion:
+        return list(stages)
+    targets = data.targets()
+    step = max(targets) / first.count(max(targets)) if first.step is None or first.control != data.against else first.step
+    return [replace(first, control=data.against, to=targets, steps=None, step=step)]
+
+
+def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) -> tuple[Array, Array]:
+    """Load at the measured rows, (n,), N, and its derivative from those of the history; beyond the end the last one.
+
+    Between the rows of the run by Akima's piecewise cubic, which does not overshoot at a kink. Where an event has ended the
+    run, the end moves with the event.
+
+    Raises
+    ------
+    NotConverged
+        If the run has not moved on.
+    """
+    from scipy.interpolate import Akima1DInterpolator  # slow to import
+
+    until, against = rows.scene.stages[-1].until, data.against
+    furthest = np.maximum.accumulate(np.r_[0.0, rows.history[against]])
+    first = np.flatnonzero(np.diff(furthest, prepend=-1.0) > 10.0 * _AT_ROWS * furthest[-1])  # none overtakes the next one
+    if len(first) < 2:
+        raise NotConverged(f"{against} never grows, in which the measured curve is given")
+
+    def at(by: float) -> Array:
+        moved = rows.history if rates is None else {name: old + by * rates[name] for name, old in rows.history.items()}
+        x, y = (np.r_[0.0, moved[name]][first] for name in (against, "load"))
+        end = x[-1] if until is None else _end(until, moved, x[-1], against)
+        return np.asarray(Akima1DInterpolator(x, y, extrapolate=True)(np.clip(data.x, x[0], end)))
+
+    load = at(0.0)
+    if rates is None:
+        return load, load
+    sizes = [float(abs(rates[name]).max()) / float(abs(rows.history[name]).max()) for name in (against, "load")]
+    half = _AT_ROWS / max(*sizes, 1e-300)
+    return load, (at(half) - at(-half)) / (2.0 * half)
+
+
+def _end(until: Event, history: Mapping[str, Array], last: float, against: str) -> float:
+    """Where a run passes the event that ended it; where it ended if it did not come so far."""
+    ((name, value),) = until.items()
+    q = history["load"] / history["load"].max() if name == LOAD_RATIO else history[name]
+    if len(q) < 2 or q[-1] == q[-2] or abs(q[-1] - value) > 2.0 * tolerance(value, q[-2]):
+        return last
+    return float(last + (value - q[-1]) * (history[against][-1] - history[against][-2]) / (q[-1] - q[-2]))

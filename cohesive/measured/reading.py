@@ -1,0 +1,210 @@
+"""`read_measured`: a measured curve or band from its file; columns, units, sign and offset are checked here only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ParameterError, SceneError
+from .columns import MOTIONS, Choice, choose
+from .curve import Measured, rising
+from .text_table import TableError, TextTable, read_table
+from .units import FORCES, LENGTHS, factor_in, factor_of
+
+#: largest measured load over the area of the crack, MPa, and motion at it over the root of that area, of any concrete
+_STRESSES, _MOTIONS = (0.02, 100.0), (1e-5, 0.1)
+
+#: a gauge that begins further from 0 than this part of its way to the largest load, under less than that part of it, was not
+#: set to zero
+_OFFSET, _UNLOADED = 0.25, 0.1
+
+#: two gauges of one quantity are no pair if one moves by less than this part of the other
+_DEAD = 0.2
+
+#: part of the largest load from which on a load at the start is said
+_PRELOAD = 0.01
+
+
+def read_measured(
+    path: str | Path,
+    x: str | int | None = None,
+    y: str | int | Sequence[str | int] | None = None,
+    x_unit: str | None = None,
+    y_unit: str | None = None,
+    against: str | None = None,
+    *,
+    motions: Sequence[str] = MOTIONS,
+    crack_area: float | None = None,
+) -> Measured:
+    """A measured curve, or a band, from a table of text.
+
+    Separator, decimal sign, encoding, lines before the data and units are found from the file. A column whose heading names
+    quantity and unit comes before one that does not; a constant column is none; load_min and load_max are a band; the mean of
+    two gauges of one quantity counts. What was taken, and what else there was, is said in `Measured.notes`.
+
+    Parameters
+    ----------
+    path : the file
+    x, y : name or number (the first is 1) of the column with the motion, and with the load; for y also two, the bounds of a
+        band. Default: from the headings
+    x_unit, y_unit : as "um", "kN", "10^-3 mm"; a minus before it turns the sign. Default: from the headings, else mm and N
+    against : what x is, as "cmod". Default: what its heading says
+    motions : what x may be
+    crack_area : mm^2, with which loads without a unit are judged: a thousandth of a concrete's strength is asked about
+
+    Raises
+    ------
+    SceneError
+        In one sentence with file, line and column, if there is no such table or column, if its unit is not known, or if
+        nothing says which of several columns is meant.
+
+    Examples
+    --------
+    >>> from cohesive import Scene, read_measured
+    >>> measured = read_measured(Scene.load("notched-beam").file("gregoire-2013-half-notched-d50.csv"))
+    >>> measured.against, len(measured.x), measured.low is None
+    ('cmod', 13, False)
+    """
+    path = Path(path)
+    try:
+        table, content = read_table(path)
+        choice = choose(table, x, y, against, motions)
+        return _measured(path, table, choice, (x_unit, y_unit), crack_area, content)
+    except (TableError, ParameterError) as error:
+        raise SceneError(f"reference.file = {path.name!r}: {error}", "reference.file") from None
+    except OSError as error:
+        reason = f"cannot be read: {error.strerror or error}"
+        raise SceneError(f"reference.file = {path.name!r}: {reason}", "reference.file") from None
+
+
+def _measured(
+    path: Path,
+    table: TextTable,
+    choice: Choice,
+    given: tuple[str | None, str | None],
+    crack_area: float | None,
+    content: bytes,
+) -> Measured:
+    x_units = [_unit(table, column, given[0], LENGTHS, "x") for column in choice.x]
+    y_units = [_unit(table, column, given[1], FORCES, "y") for column in choice.y]
+    values = table.values([*choice.x, *choice.y]) * [factor for _, factor in (*x_units, *y_units)]
+    gauges, loads = np.split(values, [len(choice.x)], axis=1)
+    ways = np.ptp(gauges, axis=0)
+    if ways.min() < _DEAD * ways.max():
+        moved = " and ".join(f"{way:.3g}" for way in ways)
+        raise TableError(f"its gauges of one quantity move by {moved} mm: expected reference.x = the column of one that lives")
+    x = gauges.mean(axis=1)
+    if len(x) > 1 and not np.ptp(loads, axis=0).any():
+        raise TableError(f"its load is {loads[0, 0]:g} N in every row; expected reference.y = a column that changes")
+    shift, notes = _offset(x, loads.mean(axis=1), choice.against)
+    x = x - shift
+    if len(choice.y) == 2:
+        _check_band(table, choice.x[0], x, loads)
+    else:
+        notes += _remarks(x, choice.against)
+    kept, low = rising(x, loads[:, 0])
+    high = rising(x, loads[:, -1])[1]
+    curve = Measured(path.name, kept, low, None, None, choice.against, x_units[0][0], y_units[0][0], content=content)
+    if len(choice.y) == 2:
+        curve = replace(curve, y=0.5 * (low + high), low=low, high=high)
+    doubt = _sign(curve) or _scale(curve, crack_area)
+    return replace(curve, notes=(*choice.notes, *notes, *([doubt] if doubt else [])), doubt=doubt)
+
+
+def _unit(table: TextTable, column: int, given: str | None, known: dict[str, float], key: str) -> tuple[str, float]:
+    """Unit of a column, that of the key before that of the file, and its factor; without one it is mm or N."""
+    if given is not None:
+        return given, factor_of(given, known, f"reference.{key}_unit")
+    unit = table.units[column]
+    factor = factor_in(unit, known) if unit else 1.0
+    if factor is None:
+        what = "length" if known is LENGTHS else "force"
+        raise TableError(
+            f"column {column + 1} ({table.titles[column]}): its unit {unit} is no {what} that is known; expected another "
+            f"column, or reference.{key}_unit"
+        )
+    return unit, factor
+
+
+# -- checks -----------------------------------------------------------------------------------------
+
+
+def _offset(x: Array, load: Array, motion: str) -> tuple[float, list[str]]:
+    """What a gauge shows before the test, mm, and a sentence on it and on the load that stands then."""
+    peak = int(abs(load).argmax())
+    way, largest = float(x[peak] - x[0]), max(abs(float(load[peak])), 1e-300)
+    first = abs(float(load[0])) / largest
+    if not way > 0 or first > _UNLOADED:
+        return 0.0, []
+    shift = float(x[0]) if abs(x[0]) > _OFFSET * way else 0.0
+    notes = []
+    if shift:
+        part = f"{100 * first:.2g} % of the largest load"
+        notes.append(f"{motion} begins at {shift:.4g} mm under {part}: it is counted from there")
+    if first > _PRELOAD and abs(x[0] - shift) < 1e-3 * way:
+        notes.append(f"the load at the start is {load[0]:.4g} N, {100 * first:.2g} % of the largest one, and is kept")
+    return shift, notes
+
+
+def _sign(curve: Measured) -> str:
+    """One sentence with the key that mends it, if the largest load is negative while x grows; empty if it is not."""
+    peak = int(abs(curve.y).argmax())
+    if not curve.y[peak] < 0 < curve.x[peak]:
+        return ""
+    turned = f"-{curve.y_unit or 'N'}".removeprefix("--")
+    return f"its largest load is {curve.y[peak]:.4g} N, which is negative: reference.y_unit = '{turned}' turns the sign"
+
+
+def _scale(curve: Measured, crack_area: float | None) -> str:
+    """One sentence with the key that mends it, if a curve without a unit is far off what a concrete bears or opens by, and
+    another unit brings it there; empty if neither."""
+    if crack_area is None:
+        return ""
+    peak, length = int(abs(curve.y).argmax()), crack_area**0.5
+    load, motion = abs(float(curve.y[peak])), float(curve.x[peak])
+    size = f"for a crack of {crack_area:.4g} mm^2"
+    load_there, motion_there = f"largest load is {load:.4g} N {size}", f"motion at the largest load is {motion:.4g} mm {size}"
+    pairs = (
+        ("y", curve.y_unit, "N", ("kN", "MN", "mN"), FORCES, load / crack_area, _STRESSES, load_there),
+        ("x", curve.x_unit, "mm", ("um", "m"), LENGTHS, motion / length, _MOTIONS, motion_there),
+    )
+    for key, named, unit, others, factors, value, (low, high), what in pairs:
+        if named or not value > 0 or low <= value <= high:
+            continue
+        if other := next((other for other in others if low <= value * factors[other] <= high), ""):
+            return (
+                f"its {what}, and no unit is named: if it is in {other}, say reference.{key}_unit = '{other}', else '{unit}'"
+            )
+    return ""
+
+
+def _check_band(table: TextTable, column: int, x: Array, loads: Array) -> None:
+    """Refuse a band whose x does not rise, or whose lower bound is above the upper one."""
+    if (back := np.flatnonzero(np.diff(x) <= 0)).size:
+        raise TableError(f"{table.place(int(back[0]) + 1, column)}: it does not rise; the x of a band has to")
+    if (crossed := np.flatnonzero(loads[:, 0] > loads[:, 1])).size:
+        row = int(crossed[0])
+        raise TableError(
+            f"line {int(table.numbers[row])}: the lower bound {loads[row, 0]:g} N is above the upper, {loads[row, 1]:g} N"
+        )
+
+
+def _remarks(x: Array, motion: str) -> list[str]:
+    """What is left out of a curve whose x runs back; refused if hardly anything is left."""
+    furthest = np.maximum.accumulate(x)
+    back = x < furthest
+    kept = int((np.diff(furthest) > 0).sum()) + 1
+    if kept < 2:
+        raise TableError(
+            "its x never goes further than in the first row; expected it to rise, or reference.x_unit = '-mm' to turn it"
+        )
+    if not back.any():
+        return []
+    return [
+        f"{motion} runs back in {int(back.sum())} of its {len(x)} rows, by up to {float((furthest - x).max()):.3g} mm; the "
+        "load counts with which it is reached first"
+    ]

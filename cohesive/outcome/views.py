@@ -1,0 +1,196 @@
+"""What a run shows step by step, for the report and the movie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import meshio
+import numpy as np
+
+from meshing.cells import CELLS
+from meshing.paths import along_paths
+
+from ..arrays import Array, Index, Mask
+from ..errors import SceneError
+from ..measured.curve import Measured
+from .result import Result
+
+#: part of the body's extent that the largest displacement is drawn as
+_DRAWN = 0.06
+
+#: values that are given for each crack cell
+PROFILES = ("opening", "sliding", "traction_n", "traction_s", "damage")
+
+#: points of the softening curve
+_POINTS = 120
+
+
+@dataclass(frozen=True)
+class Views:
+    """A run as it is drawn, frame by frame.
+
+    Attributes
+    ----------
+    title, kind : of the scene; "discrete" or "smeared"
+    rows : (k,) rows of the history that are frames
+    history : its columns
+    controlled : the column that the curve is drawn over
+    measured : curves that were measured over it
+    points : (n, 2) array, mm; of a solid body its front face
+    polygons : corners of each element that is drawn, (m,) index arrays
+    is_crack : (m,) array, whether it is a crack cell or an element of a band
+    displacement : (k, n, 2) array, mm
+    stress : (k, m) array, major stress, MPa
+    distance : (c,) array, of the crack cells along the path, ascending, mm
+    profiles : by name, (k, c) arrays; see `PROFILES`
+    softening : (w, stress), mm and MPa
+    factor : by which displacements are enlarged
+    """
+
+    title: str
+    kind: str
+    rows: Index
+    history: dict[str, Array]
+    controlled: str
+    measured: tuple[Measured, ...]
+    points: Array
+    polygons: list[Index]
+    is_crack: Mask
+    displacement: Array
+    stress: Array
+    distance: Array
+    profiles: dict[str, Array]
+    softening: tuple[Array, Array]
+    factor: float
+
+    @classmethod
+    def from_result(cls, result: Result) -> Views:
+        """The frames of a result.
+
+        Raises
+        ------
+        SceneError
+            If it has none.
+        """
+        rows = result.frame_rows()
+        if not rows:
+            raise SceneError(
+                f"{result.scene.title}: the run has no frames to show; expected output.frames above 0, as in "
+                "--set output.frames=40"
+            )
+        if result.kept is None:
+            raise SceneError(f"{result.scene.title}: its folder has no fields.npz; expected one that this version wrote")
+        frames = [result.frame_mesh(result.frame(row)) for row in rows]
+        first = frames[0]
+        cells = _cells(first)
+        used, polygons = _compact([corners for corners, _, _ in cells])
+        number = np.array([at for _, at, _ in cells])
+        flat = {
+            name: np.array([np.concatenate(frame.cell_data[name]) for frame in frames]) for name in ("stress_max", *PROFILES)
+        }
+        is_crack = np.concatenate(first.cell_data["is_crack"]) > 0
+        distance, order, group = _along(first, np.flatnonzero(is_crack), result)
+        displacement = np.array([frame.point_data["displacement"][used, :2] for frame in frames])
+        extent = float(np.ptp(first.points[:, :2], axis=0).max())
+        largest = max(float(abs(displacement).max()), 1e-300)
+        curve, material = result.scene.material.curve, result.scene.material
+        end = float(curve.end)
+        w = np.linspace(0.0, min(end, 5.0 * material.Gf / material.ft), _POINTS)
+        return cls(
+            result.scene.title,
+            "smeared" if result.is_smeared else "discrete",
+            np.array(rows),
+            result.history,
+            result.controlled,
+            () if result.reference is None else result.reference.curves,
+            first.points[used, :2],
+            polygons,
+            np.array([kind for _, _, kind in cells]),
+            displacement,
+            flat["stress_max"][:, number],
+            distance,
+            {name: _means(flat[name][:, order], group, len(distance)) for name in PROFILES},
+            (w, curve.stress(w)),
+            _rounded(_DRAWN * extent / largest),
+        )
+
+    def as_data(self) -> dict[str, Any]:
+        """What the page of the report is given, as plain lists; numbers of four digits."""
+        x, y = self.history[self.controlled], self.history["load"]
+        energies = ("work", "elastic", "stored", "dissipated", "contact_work")
+        return {
+            "title": self.title,
+            "kind": self.kind,
+            "rows": self.rows.tolist(),
+            "controlled": self.controlled,
+            "x": _short(x),
+            "load": _short(y),
+            "energies": {name: _short(self.history[name]) for name in energies},
+            "measured": [dict(zip(("x", "low", "high"), map(_short, (m.x, *m.bounds)), strict=True)) for m in self.measured],
+            "points": _short(self.points),
+            "polygons": [corners.tolist() for corners in self.polygons],
+            "crack": self.is_crack.astype(int).tolist(),
+            "displacement": _short(self.displacement),
+            "stress": _short(self.stress),
+            "distance": _short(self.distance),
+            "profiles": {name: _short(values) for name, values in self.profiles.items()},
+            "softening": [_short(values) for values in self.softening],
+            "factor": self.factor,
+        }
+
+
+def _short(values: Array) -> Any:
+    """Nested lists with four digits, which keeps a page small."""
+    if values.ndim > 1:
+        return [_short(row) for row in values]
+    return [float(f"{value:.4g}") if np.isfinite(value) else None for value in values.tolist()]
+
+
+def _rounded(factor: float) -> float:
+    """1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= factor * (1 + 1e-9)))
+
+
+def _cells(mesh: meshio.Mesh) -> list[tuple[Index, int, bool]]:
+    """Corners, number and kind of the elements that are drawn: all in 2D, of a solid body the faces at its front."""
+    found: list[tuple[Index, int, bool]] = []
+    crack = np.split(np.concatenate(mesh.cell_data["is_crack"]) > 0, np.cumsum([len(b.data) for b in mesh.cells])[:-1])
+    front = mesh.points[:, 2].max()
+    is_front = mesh.points[:, 2] > front - 1e-9 * max(np.ptp(mesh.points, axis=0).max(), 1.0)
+    first = 0
+    for block, is_crack in zip(mesh.cells, crack, strict=True):
+        kind = CELLS[block.type]
+        ring = kind.n_corners if kind.dimension == 2 else kind.facet_corners
+        for face in kind.faces if kind.dimension == 3 else (tuple(range(ring)),):
+            corners = block.data[:, list(face[:ring])]
+            at = np.flatnonzero(is_front[corners].all(axis=1)) if kind.dimension == 3 else np.arange(len(corners))
+            found += [(corners[i], first + int(i), bool(is_crack[i])) for i in at]
+        first += len(block.data)
+    return found
+
+
+def _compact(polygons: list[Index]) -> tuple[Index, list[Index]]:
+    """The nodes that polygons use, and the polygons in their numbers."""
+    ends = np.cumsum([len(corners) for corners in polygons])[:-1]
+    used, flat = np.unique(np.concatenate(polygons), return_inverse=True)
+    return used, np.split(flat, ends)
+
+
+def _along(mesh: meshio.Mesh, cracks: Index, result: Result) -> tuple[Array, Index, Index]:
+    """Distances along the path, ascending; the crack cells in this order; and to which distance each belongs: cells through
+    the thickness share one."""
+    corners = [row for block in mesh.cells for row in block.data]
+    centres = np.array([mesh.points[corners[i], :2].mean(axis=0) for i in cracks])
+    along = along_paths(centres, result.scene.specimen.paths)
+    order = np.argsort(along, kind="stable")
+    extent = max(float(np.ptp(mesh.points[:, :2], axis=0).max()), 1e-300)
+    is_new = np.diff(along[order], prepend=-np.inf) > 1e-6 * extent
+    return along[order][is_new], cracks[order], np.cumsum(is_new) - 1
+
+
+def _means(values: Array, group: Index, count: int) -> Array:
+    """Means over the cells of each group, (k, count)."""
+    size = np.bincount(group, minlength=count)
+    return np.array([np.bincount(group, row, count) for row in values]) / size
