@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from types import ModuleType
 
@@ -9,23 +10,28 @@ from ..errors import MeshError
 from ..generation.outline import Outline
 from ..generation.session import session
 from ..paths import Line, Point, signed_area
+from .geo_script import Refused, harmless
 
 #: straight sides in place of a curved one
 _CHORDS = 24
 
 
-def read_outline(path: Path) -> Outline:
+def read_outline(path: Path, run_scripts: bool = False) -> Outline:
     """The one face of a .geo file: corners counter-clockwise, its physical curves as edges and physical points as nodes.
+
+    A .geo file is a program, and gmsh also runs a file of options beside it. It is opened as it is only with `run_scripts`;
+    else what it says of a shape is written anew into an empty folder, and anything more is refused.
 
     Raises
     ------
     MeshError
-        If there is no such file, gmsh does not read it, or its geometry is not one face without holes.
+        If there is no such file, it says more than a shape, gmsh does not read it, or its geometry is not one face without
+        holes.
     """
     if not path.is_file():
         raise MeshError(f"file = '{path}': there is no such file", "file")
-    with session() as gmsh:
-        gmsh.open(str(path))
+    with tempfile.TemporaryDirectory() as folder, session() as gmsh:
+        gmsh.open(str(path if run_scripts else _copied(path, Path(folder, "outline.geo"))))
         faces = gmsh.model.getEntities(2)
         if len(faces) != 1:
             raise MeshError(f"file = '{path}': it has {len(faces)} faces; expected one", "file")
@@ -47,6 +53,23 @@ def read_outline(path: Path) -> Outline:
             for _, group in gmsh.model.getPhysicalGroups(0)
         }
     return Outline(corners[:-1] if signed_area(corners) > 0 else corners[:0:-1], [], nodes=nodes, edges=edges)
+
+
+def _copied(path: Path, copy: Path) -> Path:
+    """A copy of a script with nothing in it but a shape."""
+    try:
+        script = harmless(path.read_text(encoding="utf-8-sig", errors="replace"))
+    except Refused as error:
+        raise MeshError(
+            f"file = '{path}', {error}; expected points, curves, loops, plane surfaces and physical groups by name, as a "
+            "script is not run unasked: give the mesh as .msh, or say --run-scripts (Scene.load(path, run_scripts=True)) if "
+            "you trust it",
+            "file",
+        ) from None
+    except OSError as error:
+        raise MeshError(f"file = '{path}': cannot be read: {error.strerror}", "file") from None
+    copy.write_text(script, encoding="utf-8")
+    return copy
 
 
 def _chords(gmsh: ModuleType, tag: int) -> list[Point]:

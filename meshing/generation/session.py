@@ -58,7 +58,7 @@ def session() -> Iterator[ModuleType]:
     gmsh = load_gmsh()
     with _ONE_AT_A_TIME:
         with _signals_kept():
-            gmsh.initialize(interruptible=False)
+            gmsh.initialize(readConfigFiles=False, interruptible=False)
         try:
             gmsh.option.setNumber("General.Verbosity", 0)
             gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh on every machine
