@@ -15,7 +15,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     model/test_beams.py                      elements that crack everywhere
     model/test_blocks.py                     bars with bands of a third width and of nine elements
     model/test_condensed_and_rotated.py      beams with and without condensation
-    model/test_energies.py                   the balance of the two longest built-in scenes, and of a beam in steps of half the size
+    model/test_energies.py                   the balance of the two longest built-in scenes, and of a beam with smaller steps
     model/test_loads.py                      a body that does not bear its weight
     model/test_plane_and_solid.py            the band of a beam in 3D against the plane one
     model/test_user_meshes.py                a band from a file, solid meshes
