@@ -22,6 +22,9 @@ from ..errors import MeshError
 from ..paths import Line, as_text
 from .abaqus import read_abaqus
 
+#: formats whose reader in meshio does not come to an end if the file is cut short
+_ENDLESS = (".ele", ".node")
+
 Crack = str | Sequence[str] | Sequence[Line]
 
 
@@ -122,6 +125,8 @@ def load(path: Path) -> meshio.Mesh:
         if os.path.exists(path) and not os.path.isdir(path):
             raise MeshError(f"file = '{path}': it is a pipe or a device; expected a file", "file")
         raise MeshError(f"file = '{path}': there is no such file", "file")
+    if path.suffix.lower() in _ENDLESS:
+        raise MeshError(f"file = '{path}': files of TetGen are not read; expected the mesh as .vtu or .msh", "file")
     mesh = read_abaqus(path) if path.suffix.lower() == ".inp" else _by_meshio(path)
     if not len(mesh.points) or not mesh.cells:
         elements = sum(map(len, mesh.cells))
@@ -150,11 +155,45 @@ def _by_meshio(path: Path) -> meshio.Mesh:
     except SystemExit:  # meshio's way to say that no reader accepts the file
         raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads", "file") from None
     except Exception as error:
-        why = f"{type(error).__name__} {error}".strip()
-        raise MeshError(f"file = '{path}': meshio cannot read it: {why}", "file") from None
+        raise MeshError(f"file = '{path}': {_why(error)}", "file") from None
     if remark := said.getvalue().strip():
         print(remark, file=sys.stderr)
-    return mesh
+    return _each_once(mesh)
+
+
+def _why(error: Exception) -> str:
+    """Why meshio does not read a file, and what would do."""
+    if isinstance(error, ModuleNotFoundError):
+        return f"its format needs the package {error.name}; expected pip install {error.name}, or the mesh as .msh or .vtu"
+    if "Incompatible cell data 'gmsh:physical'" in str(error):
+        return "some of its elements are in no physical group, as Mesh.SaveAll writes them; expected a file without SaveAll"
+    return f"meshio cannot read it: {f'{type(error).__name__} {error}'.strip()}"
+
+
+def _each_once(mesh: meshio.Mesh) -> meshio.Mesh:
+    """A mesh in which gmsh's format 2 has an element once for each of its groups: each element once, its groups as sets."""
+    tags = mesh.cell_data.get("gmsh:physical")
+    if tags is None or mesh.cell_sets:
+        return mesh
+    blocks, groups = [], []
+    for kind in dict.fromkeys(block.type for block in mesh.cells):
+        own = [i for i, block in enumerate(mesh.cells) if block.type == kind]
+        cells, tag = np.concatenate([mesh.cells[i].data for i in own]), np.concatenate([tags[i] for i in own])
+        is_repeated = len(np.unique(np.column_stack([cells, tag]), axis=0)) < len(tag)  # in one group: a defect, which stays
+        rows = np.arange(len(tag))[:, None] if is_repeated else cells
+        _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        blocks.append((kind, cells[first[order]]))
+        groups.append((tag, place[number.ravel()]))
+    found = meshio.Mesh(mesh.points, blocks)
+    for name, (wanted, dimension) in mesh.field_data.items():
+        found.cell_sets[name] = [
+            np.unique(at[tag == wanted]) if block.dim == dimension else np.empty(0, dtype=np.int64)
+            for block, (tag, at) in zip(found.cells, groups, strict=True)
+        ]
+    return found
 
 
 def _check_numbers(path: Path, mesh: meshio.Mesh) -> None:
@@ -285,13 +324,6 @@ def cell_members(mesh: meshio.Mesh) -> dict[str, list[Index]]:
     for name, at in (mesh.cell_sets or {}).items():
         if not name.startswith("gmsh:"):
             members[name] = [np.asarray([] if i is None else i, dtype=np.int64) for i in at]
-    physical = mesh.cell_data.get("gmsh:physical")
-    for name, (tag, dimension) in (mesh.field_data or {}).items():
-        if physical is not None and name not in members:  # a file of version 4 has sets, and a cell's first group besides
-            members[name] = [
-                np.flatnonzero(tags == tag) if block.dim == dimension else np.empty(0, dtype=np.int64)
-                for block, tags in zip(mesh.cells, physical, strict=True)
-            ]
     return members
 
 
