@@ -50,7 +50,7 @@ def save_curve(data: RunData, path: Path) -> None:
 
 
 def draw_curve(axes: Axes, data: RunData) -> None:
-    """The curve that the scene asks for; without one the load over the way of a platen that moves both ways, else over what
+    """The curve that the scene asks for; without one the load over the travel of a platen that moves both ways, else over what
     `RunData.controlled` says."""
     history, reference = data.history, data.reference
     name, over = data.scene.output.curve or (data.controlled, "load")
@@ -79,7 +79,7 @@ def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Arr
     """Name and values (mm) of what the load (N) is drawn over, and the load.
 
     The load is drawn over a column of the history, that in charge unless one is given; for a platen that moves both ways over
-    its way, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
+    its travel, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
     """
     load, measure = data.history["load"], measure or data.controlled
     if not data.drives_both_ways:
@@ -87,8 +87,8 @@ def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Arr
     stage = data.history["stage"].astype(int)
     begins = np.flatnonzero(np.diff(stage)) + 1
     turned = [row for row in begins if data.scene.stages[stage[row] - 1].angle is not None]
-    way = data.way
-    return "way of the platen, there and back", np.insert(way, turned, way[turned]), np.insert(load, turned, np.nan)
+    travel = data.drive_travel
+    return "travel of the platen, there and back", np.insert(travel, turned, travel[turned]), np.insert(load, turned, np.nan)
 
 
 def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str, Array] | None = None) -> None:

@@ -79,8 +79,6 @@ class Views:
                 f"{result.scene.title}: the run has no frames to show; expected output.frames above 0, as in "
                 "--set output.frames=40"
             )
-        if result.kept is None:
-            raise SceneError(f"{result.scene.title}: its folder has no fields.npz; expected one that this version wrote")
         frames = [result.frame_mesh(result.frame(row)) for row in rows]
         first = frames[0]
         cells = _cells(first)

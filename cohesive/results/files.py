@@ -33,8 +33,11 @@ if TYPE_CHECKING:
 #: pictures of a run, but for those of a search for crack paths
 PICTURES = ("mesh.png", "curve.png", "deformed.png")
 
+#: what a result is read back from, with scene.toml
+RESULT = "result.npz"
+
 #: all files of a run but its frames, its inputs and its checkpoint
-FILES = (*PICTURES, "path.png", "path.csv", "history.csv", "fields.npz", "frames.pvd", "run.json", "scene.toml")
+FILES = (*PICTURES, "path.png", "path.csv", "history.csv", RESULT, "frames.pvd", "run.json", "scene.toml")
 
 
 class HistoryWriter:
@@ -190,7 +193,7 @@ def write_frames(data: RunData, folder: Path) -> None:
         name = f"frame_{frame.step:0{digits}d}.vtu"
         mesh = frame_mesh(data.fields, frame, data.scene.model.plane == "strain")
         write_file(folder / name, partial(write_frame, mesh=mesh))
-        time = max(float(data.way[row]), time + 1e-9 * max(float(data.way[-1]), 1e-300))
+        time = max(float(data.drive_travel[row]), time + 1e-9 * max(float(data.drive_travel[-1]), 1e-300))
         collection.append(f'    <DataSet timestep="{time:.12g}" part="0" file="{name}"/>')
     if collection:
         pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
@@ -216,7 +219,7 @@ def _facts(data: RunData) -> dict[str, Any]:
         "curve": curve_measures(data),
         "energies": energies(data),
         "full_energy": data.full_energy,
-                "energy_error": data.energy_error,
+        "energy_error": data.energy_error,
         "model": data.scene.model.kind,
         **asdict(data.facts),
         "steps": data.steps,

@@ -81,7 +81,7 @@ class Record:
 
     Parameters
     ----------
-    problem : Problem, whose drives tell the way that is gone
+    problem : Problem, whose drives are followed
     frames : number of frames that will be asked for.
     done : rows and states with which it begins.
 
@@ -94,7 +94,7 @@ class Record:
         self.states = States(frames)
         self._problem = problem
         self.columns: dict[str, array[float] | array[int]] = {}
-        self._way = array("d")
+        self._travel = array("d")
         self._motions: Array | None = None  # of the drives in the last row
         for row, state in done:
             self.append(row, state)
@@ -107,7 +107,7 @@ class Record:
             self.columns[name].append(value)  # type: ignore[arg-type]
         motions = self._motions_of(state)
         gone = 0.0 if self._motions is None else float(np.linalg.norm(motions - self._motions))
-        self._way.append(gone + (self._way[-1] if self._way else 0.0))
+        self._travel.append(gone + (self._travel[-1] if self._travel else 0.0))
         self._motions = motions
         self.states.append(state, row["load"])
 
@@ -122,19 +122,19 @@ class Record:
         return {name: np.array(values[: self.rows]) for name, values in self.columns.items()}
 
     @property
-    def way(self) -> Array:
-        """Length of the way that the drives have gone in each row, (rows,), mm."""
-        return np.array(self._way[: self.rows])
+    def drive_travel(self) -> Array:
+        """Length that the motions of the drives have gone in each row, (rows,), mm."""
+        return np.array(self._travel[: self.rows])
 
     def _motions_of(self, state: State) -> Array:
         """Motions of the drives: both of a platen, else that along the load of each."""
         problem = self._problem
         loading = problem.loading
-        found: list[float] = []
+        motions: list[float] = []
         for name in loading.names:
             drive = loading.drives[name]
             if drive.is_platen:
-                found.extend(state.v[problem.drives[list(drive.motions)]])
+                motions.extend(state.v[problem.drives[list(drive.motions)]])
             else:
-                found.append(problem.driven_motion(name, state))
-        return np.array(found)
+                motions.append(problem.driven_motion(name, state))
+        return np.array(motions)

@@ -72,8 +72,7 @@ def warnings(data: RunData) -> list[str]:
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    if data.kept is not None:
-        found += [warning for warning in (_overload(data), crushing(data), _locking(data.kept)) if warning]
+    found += [warning for warning in (_overload(data), crushing(data), _locking(data.fields)) if warning]
     departure = data.facts.departure
     if departure > _DEPARTURE:
         found.append(

@@ -45,40 +45,24 @@ class RunData:
     ----------
     scene : Scene
     history : dict of 1-D arrays; row 0 is the state before the first step, then one row for each converged step
-    way : (rows,) array, length of the way that the drives have gone, mm
+    drive_travel : (rows,) array, length that the motions of the drives have gone, mm
     notes : list of remarks on how the stages ended
     timings : seconds: mesh, assemble, condense, newton and, after `save`, output
     facts : ModelFacts
-    kept : Fields; None of a folder that was written before fields were saved, see `fields`
+    fields : Fields, the mesh and its fields
     reference : Reference or None
     found : FoundPath, if the crack path was looked for
     """
 
     scene: Scene
     history: dict[str, Array]
-    way: Array
+    drive_travel: Array
     notes: list[str]
     timings: dict[str, float]
     facts: ModelFacts
-    kept: Fields | None
+    fields: Fields
     reference: Reference | None
     found: FoundPath | None
-
-    @property
-    def fields(self) -> Fields:
-        """The mesh and its fields.
-
-        Raises
-        ------
-        LookupError
-            If the folder that the result was loaded from has none.
-        """
-        if self.kept is None:
-            raise LookupError(
-                "the folder of this result has no fields.npz with the mesh and its fields; expected one that this version "
-                "wrote: run its scene again"
-            )
-        return self.kept
 
     @property
     def is_smeared(self) -> bool:

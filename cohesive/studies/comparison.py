@@ -76,7 +76,7 @@ class Comparison:
     def travelled(self) -> str:
         """What the curves are drawn over."""
         if self.discrete.drives_both_ways:
-            return "way of the platen, there and back"
+            return "travel of the platen, there and back"
         there_and_back = bool((np.diff(self.discrete.history[self.measure]) < 0).any())
         return f"{self.measure} travelled, forth and back" if there_and_back else self.measure
 

@@ -121,14 +121,14 @@ def files(folder: Path) -> dict[str, bytes]:
     facts = json.loads(found["run.json"])
     del facts["timings"]["output"], facts["summary"], facts["scene"]
     found.pop("inputs/sources.txt", None)
-    return found | {"run.json": json.dumps(facts).encode(), "fields.npz": b""}  # whose bytes hold the time of writing
+    return found | {"run.json": json.dumps(facts).encode(), "result.npz": b""}  # whose bytes hold the time of writing
 
 
 def test_it_is_the_same_from_a_pickle_and_from_its_folder(result: Result, tmp_path: Path) -> None:
     folder = tmp_path / "fresh"
     result.save(folder, pictures=False)
     expected = members(result)
-    assert {"peak_load", "history", "notes", "found", "fields", "agreement", "frame(-1)", "summary", "way"} <= expected.keys()
+    assert {"peak_load", "history", "notes", "found", "fields", "agreement", "frame(-1)", "summary", "drive_travel"} <= expected.keys()
     for again in (pickle.loads(pickle.dumps(result)), Result.load(folder)):
         assert_same(members(again), expected, "result")
         again.save(tmp_path / "again", pictures=False)
@@ -163,25 +163,6 @@ def test_a_body_that_does_not_bear_its_weight_has_no_row(tmp_path: Path) -> None
     assert_same(members(Result.load(tmp_path)), members(nothing), "result")
 
 
-def test_a_folder_without_fields_tells_what_it_lacks(tmp_path: Path) -> None:
-    """As an older version wrote it."""
-    result = run(block())
-    result.save(tmp_path)
-    (tmp_path / "fields.npz").unlink()
-    facts = json.loads((tmp_path / "run.json").read_text())
-    for name in ("modelled", "initial_stiffness", "departure", "damaged"):
-        del facts[name]
-    (tmp_path / "run.json").write_text(json.dumps(facts))
-    old = Result.load(tmp_path)
-    assert_same(old.history, result.history, "history")
-    assert old.initial_stiffness("opening") == result.initial_stiffness("opening") and old.peak_load == result.peak_load
-    assert f"peak load: {old.peak_load:.5g} N" in old.summary() and old.plot().get_xlabel() == "opening (mm)"
-    matplotlib.pyplot.close("all")  # type: ignore[attr-defined]
-    for call in (lambda: old.frame(-1), lambda: old.opening_profile(2), old.plot_deformed, lambda: old.save(tmp_path)):
-        with pytest.raises(LookupError, match=r"^the folder of this result has no fields.npz .* run its scene again$"):
-            call()
-
-
 def test_a_large_run_keeps_the_fields_of_its_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("cohesive.results.fields.MOST_NUMBERS", 0)
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 40}], output__frames=2))
@@ -199,7 +180,7 @@ def test_a_large_run_keeps_the_fields_of_its_frames(monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize("text", [b"", b"PK\x03\x04", "whole"])
 def test_broken_fields_are_one_sentence(text: Any, tmp_path: Path) -> None:
     run(block()).save(tmp_path, pictures=False)
-    path = tmp_path / "fields.npz"
+    path = tmp_path / "result.npz"
     path.write_bytes(path.read_bytes()[:-40] if text == "whole" else text)
-    with pytest.raises(SceneError, match=rf"^'{tmp_path}': its files cannot be read: .*; expected those of a run"):
+    with pytest.raises(SceneError, match=rf"^'{path}': cannot be read: .*; expected that of a run"):
         Result.load(tmp_path)
