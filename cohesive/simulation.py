@@ -146,7 +146,7 @@ def _march(
                 notes = stepper.notes
             with CheckpointWriter(output, scene, tangent, found, built.mesh.points, size) as checkpoints:
                 if not record.rows:
-                    keep(_first_row(observed(built.problem.initial())), built.problem.initial())
+                    keep(_row(0, None, observed(built.problem.initial()), 0.0), built.problem.initial())
                 for step in stepper:
                     state = step.equilibrium.state
                     row = _row(record.rows, step, observed(state), time.perf_counter() - clock)
@@ -166,19 +166,11 @@ def _march(
     return result()
 
 
-def _first_row(record: dict[str, float]) -> dict[str, float]:
-    """The row of the history before the first step."""
-    return {"step": 0, **record, "iterations": 0, "cuts": 0, "residual": 0.0, "wall_time": 0.0, "stage": 1}
-
-
-def _row(number: int, step: Step, record: dict[str, float], wall_time: float) -> dict[str, float]:
-    """A row of the history."""
-    return {
-        "step": number,
-        **record,
-        "iterations": step.equilibrium.iterations,
-        "cuts": step.cuts,
-        "residual": step.equilibrium.residuals[-1],
-        "wall_time": wall_time,
-        "stage": step.stage,
-    }
+def _row(number: int, step: Step | None, record: dict[str, float], wall_time: float) -> dict[str, float]:
+    """A row of the history; without a step that before the first one."""
+    iterations, cuts, residual, stage = 0, 0, 0.0, 1
+    if step is not None:
+        iterations, cuts, stage = step.equilibrium.iterations, step.cuts, step.stage
+        residual = step.equilibrium.residuals[-1]
+    facts = {"iterations": iterations, "cuts": cuts, "residual": residual, "wall_time": wall_time, "stage": stage}
+    return {"step": number, **record, **facts}

@@ -61,7 +61,7 @@ class HistoryWriter:
 
     def write(self, row: dict[str, float]) -> None:
         """Append a row; SceneError if the disk is full; a row is then written whole or not at all."""
-        self._append([format_value(row[name]) for name in self._names])
+        self._append([repr(row[name]) for name in self._names])  # with all digits
 
     def _append(self, row: Sequence[str]) -> None:
         if self._file is None or self._folder is None:
@@ -81,11 +81,6 @@ class HistoryWriter:
             self._file.close()
 
 
-def format_value(value: float) -> str:
-    """A value of the history with as many digits as tell it from all others."""
-    return repr(value)
-
-
 def make_folder(folder: Path) -> None:
     """Create the output folder; SceneError if it cannot be written."""
     try:
@@ -96,7 +91,7 @@ def make_folder(folder: Path) -> None:
         raise SceneError(f"output folder '{folder}': cannot be written: {error.strerror}") from None
 
 
-def write_file(path: Path, write: Callable[[Path], None]) -> None:
+def write_file(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary file beside `path`, then rename it: nothing is ever half-written."""
     temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
     try:
@@ -121,8 +116,8 @@ def package_version(name: str) -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text, for `write_file`."""
-    path.write_text(text, encoding="utf-8")
+    """Write UTF-8 text, whole."""
+    write_file(path, lambda temporary: temporary.write_bytes(text.encode()))
 
 
 def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]], comment: str = "") -> None:
@@ -133,13 +128,13 @@ def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[object
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
     writer.writerows(rows)
-    write_file(path, lambda temporary: write_text(temporary, text.getvalue()))
+    write_text(path, text.getvalue())
 
 
 def write_history(data: RunData, folder: Path) -> None:
     """history.csv, whole."""
     rows = zip(*(values.tolist() for values in data.history.values()), strict=True)
-    write_table(folder / "history.csv", data.history, (map(format_value, row) for row in rows))
+    write_table(folder / "history.csv", data.history, (map(repr, row) for row in rows))
 
 
 def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
@@ -154,7 +149,7 @@ def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
         softening_data(scene.material.softening)
     except ParameterError as error:
         raise SceneError(f"material.{error}", "material.softening") from None
-    write_file(folder / "scene.toml", lambda path: write_text(path, dump_toml(data)))
+    write_text(folder / "scene.toml", dump_toml(data))
 
 
 def frame_files(folder: Path) -> list[Path]:
@@ -198,18 +193,13 @@ def write_frames(data: RunData, folder: Path) -> None:
     if collection:
         pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
         pvd += "\n".join(collection) + "\n  </Collection>\n</VTKFile>\n"
-        write_file(folder / "frames.pvd", lambda path: write_text(path, pvd))
+        write_text(folder / "frames.pvd", pvd)
 
 
 def write_run(data: RunData, folder: Path) -> None:
     """run.json: the scene, what came out, what it took, and the versions of what it ran with."""
-    facts = json.dumps(_facts(data), indent=2, default=repr) + "\n"
-    write_file(folder / "run.json", lambda path: write_text(path, facts))
-
-
-def _facts(data: RunData) -> dict[str, Any]:
     packages = ("cohesive-cracks", "numpy", "scipy", "gmsh", "meshio", "matplotlib")
-    return {
+    facts = {
         "scene": data.scene.data,
         "notes": data.notes,
         "summary": summary(data).splitlines(),
@@ -228,3 +218,4 @@ def _facts(data: RunData) -> dict[str, Any]:
         "reference": agreement_facts(data.reference, data.history),
         "versions": {"python": platform.python_version()} | {name: package_version(name) for name in packages},
     }
+    write_text(folder / "run.json", json.dumps(facts, indent=2, default=repr) + "\n")

@@ -7,7 +7,7 @@ and nothing else that stands there.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
+from operator import methodcaller
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,7 +48,7 @@ def copy_inputs(scene: Scene, folder: Path, contents: Sequence[bytes] = ()) -> d
     if named:
         make_folder(inside)
     for content, name in zip(read, copies, strict=True):
-        write_file(inside / name, partial(_write_bytes, content))
+        write_file(inside / name, methodcaller("write_bytes", content))
     for stale in old.keys() - set(copies):
         (inside / stale).unlink(missing_ok=True)
     ours = {}
@@ -63,10 +63,6 @@ def copy_inputs(scene: Scene, folder: Path, contents: Sequence[bytes] = ()) -> d
         if here:
             data[table]["file"] = here if isinstance(data[table]["file"], list) else here[0]
     return data
-
-
-def _write_bytes(content: bytes, path: Path) -> None:
-    path.write_bytes(content)
 
 
 def _bytes(source: Path) -> bytes:
@@ -107,8 +103,7 @@ def _names(sources: Sequence[Path], inside: Path, old: Mapping[str, str]) -> lis
 def _write_list(inside: Path, copies: Mapping[str, str]) -> None:
     """The list of copies; without any it goes, and the folder with it if nothing else is there."""
     if copies:
-        lines = "".join(f"{name}\t{source}\n" for name, source in copies.items())
-        write_file(inside / _LIST, lambda path: write_text(path, lines))
+        write_text(inside / _LIST, "".join(f"{name}\t{source}\n" for name, source in copies.items()))
     elif inside.is_dir():
         (inside / _LIST).unlink(missing_ok=True)
         if not any(inside.iterdir()):

@@ -49,7 +49,7 @@ def curve_measures(data: RunData) -> dict[str, Any]:
     x, load, peak = data.history[name], data.history["load"], data.peak_row
     return {
         "over": name,
-        "initial_stiffness": data.initial_stiffness(name),
+        "initial_stiffness": data.facts.initial_stiffness.get(name),
         "peak": float(load[peak]),
         "at_peak": float(x[peak]),
         "fallen_to_half_at": _fallen(x[peak:], load[peak:]),

@@ -89,14 +89,9 @@ class RunData:
         return max(len(self.history["step"]) - 1, 0)
 
     @property
-    def paths(self) -> list[Array]:
-        """Crack paths, a (k, 2) polyline each, mm; none for a crack that no path describes."""
-        return [np.array(line) for line in self.scene.specimen.paths]
-
-    @property
     def path(self) -> Array:
         """The crack path, the first one if there are several: (k, 2), mm; (0, 2) if there is none."""
-        return next(iter(self.paths), np.empty((0, 2)))
+        return np.array(next(iter(self.scene.specimen.paths), np.empty((0, 2))))
 
     @property
     def peak_row(self) -> int:
@@ -182,22 +177,9 @@ class RunData:
         """Whether the opening is measured over a length of the body, not as the mean jump."""
         return self.scene.specimen.has_main_gauge
 
-    def initial_stiffness(self, motion: str) -> float | None:
-        """Load over a motion of the undamaged body, N/mm; None for a column that is no linear measure of displacements.
-
-        Parameters
-        ----------
-        motion : name of a gauge, or "driven"
-        """
-        return self.facts.initial_stiffness.get(motion)
-
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, see `ModelFacts`."""
         return self.facts.added_compliance
-
-    def displacement(self, row: int) -> Array:
-        """Displacements of all nodes in a row of the history, (m, d), mm; LookupError if they were not kept."""
-        return self.frame(row).displacement
 
     def row(self, row: int) -> dict[str, float]:
         """One row of the history (-1 is the last one)."""

@@ -55,7 +55,7 @@ def read_folder(folder: Path) -> dict[str, Any]:
         raise SceneError(f"'{folder / 'scene.toml'}': {error}", error.key) from None
     try:
         with open(folder / RESULT, "rb") as file, np.load(file, allow_pickle=False) as arrays:
-            own = put_together(str(arrays[_STRUCTURE]), arrays, FoundPath, ModelFacts, Planes, Vertex)
+            own: dict[str, Any] = put_together(str(arrays[_STRUCTURE]), arrays, FoundPath, ModelFacts, Planes, Vertex)
         own["fields"] = Fields.from_data(scene, own["fields"])
     except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         what = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)

@@ -131,7 +131,7 @@ class Sweep:
         make_folder(folder)
         rows = zip((each.name for each in self.runs), *(map(_exact, column) for column in table.values()), strict=True)
         write_table(folder / "sweep.csv", ["run", *table], rows)
-        write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
+        write_text(folder / "sweep.txt", self.summary() + "\n")
         if any(result is not None and result.steps for result in self.results):
             from ..figures.drawing import save  # with matplotlib
 

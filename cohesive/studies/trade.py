@@ -135,7 +135,7 @@ class Trade:
         names = ["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "settings"]
         facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
         write_table(folder / "trade.csv", names, self._rows(), comment=json.dumps(facts))
-        write_file(folder / "trade.txt", lambda path: write_text(path, self.summary() + "\n"))
+        write_text(folder / "trade.txt", self.summary() + "\n")
         write_file(folder / "trade.png", lambda path: save(figure, path))
 
     def _rows(self) -> Iterator[list[object]]:

@@ -48,8 +48,8 @@ RUNS: dict[str, Callable[[], Result]] = {
 
 #: public members that are called with nothing, with each row, or with the name of a motion
 CALLED = ("summary", "frame_rows", "added_compliance", "profile_distance")
-OF_ROWS = ("row", "frame", "displacement", "crack", "opening_profile")
-OF_NAMES = ("unit_of", "initial_stiffness")
+OF_ROWS = ("row", "frame", "crack", "opening_profile")
+OF_NAMES = ("unit_of",)
 
 #: members that write or draw, tested elsewhere, and alternative constructors
 OTHERS = {"from_run", "load", "save", "plot", "plot_deformed", "to_frame", "frame_mesh"}
@@ -128,7 +128,8 @@ def test_it_is_the_same_from_a_pickle_and_from_its_folder(result: Result, tmp_pa
     folder = tmp_path / "fresh"
     result.save(folder, pictures=False)
     expected = members(result)
-    assert {"peak_load", "history", "notes", "found", "fields", "agreement", "frame(-1)", "summary", "drive_travel"} <= expected.keys()
+    named = {"peak_load", "history", "notes", "found", "fields", "agreement", "frame(-1)", "summary", "drive_travel"}
+    assert named <= expected.keys()
     for again in (pickle.loads(pickle.dumps(result)), Result.load(folder)):
         assert_same(members(again), expected, "result")
         again.save(tmp_path / "again", pictures=False)
