@@ -62,17 +62,23 @@ def load_scene(options: argparse.Namespace) -> Scene:
 _LOOSE_NUMBER = re.compile(r"[+-]?(\d{1,20}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?")
 
 
+def value_of(text: str) -> Any:
+    """A TOML value; what is not TOML is a number as `.5`, else a string."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return float(text) if _LOOSE_NUMBER.fullmatch(text.strip()) else text.strip()
+
+
 def assignments(pairs: Sequence[str]) -> dict[str, Any]:
-    """KEY=VALUE with a TOML value; what is not TOML is a number as `.5`, else a string."""
+    """KEY=VALUE with a value as of `value_of`."""
     result = {}
     for pair in pairs:
         key, separator, text = pair.partition("=")
         if not separator or not key.strip():
             raise SceneError(f"--set {pair}: expected KEY=VALUE, as in material.Gf=0.1")
         try:
-            result[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            result[key.strip()] = float(text) if _LOOSE_NUMBER.fullmatch(text.strip()) else text.strip()
+            result[key.strip()] = value_of(text)
         except (ValueError, RecursionError) as error:  # thousands of digits or levels
             raise SceneError(f"--set {pair}: {error}; expected a value that a scene can hold") from None
     return result

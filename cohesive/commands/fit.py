@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import SceneError
@@ -54,7 +53,7 @@ def _execute(options: argparse.Namespace) -> int:
         "own": tuple(options.own),
         "starts": options.starts,
         "profile": options.profile,
-        "scatter": _numbers(options.scatter),
+        "scatter": assignments(options.scatter),
     }
     if options.softening:
         choice = fit_curves(scenes, vary, options.softening.split(","), **chosen)
@@ -79,12 +78,3 @@ def _bounds(text: str) -> tuple[str, tuple[float, float]]:
         return key.strip(), (float(low), float(high))
     except ValueError:
         raise SceneError(f"--vary {text}: expected KEY=LOW:HIGH, as in material.ft=2:5", key.strip()) from None
-
-
-def _numbers(pairs: Sequence[str]) -> dict[str, float]:
-    numbers = {}
-    for key, value in assignments(pairs).items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
-            raise SceneError(f"--scatter {key}={value}: expected a standard deviation above 0", key)
-        numbers[key] = float(value)
-    return numbers

@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import SceneError
 from ..results.files import make_folder
 from ..results.locking import lock_folder
-from .common import INTERRUPTED, STOPPED, Commands, add_scene, load_scene, progress
+from .common import INTERRUPTED, STOPPED, Commands, add_scene, load_scene, progress, value_of
 
 
 def add_parser(commands: Commands) -> None:
@@ -102,11 +102,4 @@ def _listed(text: str) -> list[Any]:
     try:
         return list(tomllib.loads(f"value = [{text}]")["value"])
     except tomllib.TOMLDecodeError:
-        return [_one(part.strip()) for part in text.split(",")]
-
-
-def _one(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
+        return [value_of(part) for part in text.split(",")]

@@ -19,7 +19,7 @@ from ..results.agreement import agreements
 from ..results.measures import label_of
 
 if TYPE_CHECKING:
-    from ..measured.curve import Reference
+    from ..measured.curve import Measured, Reference
     from ..results.run_data import RunData
 
 #: measured curves of fewer points are drawn with a mark for each
@@ -96,24 +96,28 @@ def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str
     if reference is None:
         return
     several, mean = len(reference.curves) > 1, reference.mean()
-    found = {} if history is None else {each.name: each for each in agreements(reference, history)}
+    judged = {} if history is None else {each.name: each for each in agreements(reference, history)}
     for i, each in enumerate(reference.curves):
         label = reference.label + (f", {len(reference.curves)} tests" if several else "") if i == 0 else None
-        if each.is_band:
-            band = axes.fill_between(each.x, *each.bounds, color="0.85")
-            band.set_label(f"{label}, band" if label else "")
-            for bound in each.bounds:
-                axes.plot(each.x, bound, ".", color="0.6", markersize=4)
-        else:
-            if not several and each.name in found:
-                label = f"{label}, rms {100 * found[each.name].rms:.1f} % of its peak"
-            axes.plot(
-                each.x, each.y, "o-" if len(each.x) < _FEW else "-", color="0.6", markersize=3, linewidth=0.8, label=label
-            )
+        if label and each.is_band:
+            label = f"{label}, band"
+        elif not several and each.name in judged:
+            label = f"{label}, rms {100 * judged[each.name].rms:.1f} % of its peak"
+        draw_measured(axes, each, "0.6", label)
     if mean is not None:
         curve = mean[0]
-        rms = f", rms {100 * found[curve.name].rms:.1f} % of its peak" if curve.name in found else ""
+        rms = f", rms {100 * judged[curve.name].rms:.1f} % of its peak" if curve.name in judged else ""
         axes.plot(curve.x, curve.y, "--", color="0.3", linewidth=1.0, label=f"{curve.name}{rms}")
+
+
+def draw_measured(axes: Axes, measured: Measured, colour: str, label: str | None = None) -> None:
+    """A measured curve, or a band with its bounds."""
+    if measured.is_band:
+        axes.fill_between(measured.x, *measured.bounds, color=colour, alpha=0.3, linewidth=0.0, label=label)
+        axes.plot(measured.x, np.stack(measured.bounds, axis=1), ".", color=colour, markersize=4)
+        return
+    style = "o-" if len(measured.x) < _FEW else "-"
+    axes.plot(measured.x, measured.y, style, color=colour, markersize=3, linewidth=0.8, label=label)
 
 
 def new_figure(width: float, height: float) -> Figure:

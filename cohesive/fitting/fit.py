@@ -366,7 +366,7 @@ def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[st
     for key, deviation in scatter.items():
         if key in varied_keys:
             raise SceneError(f"scatter {key}: it is varied; expected a number that the fit takes as known", key)
-        if not 0.0 < deviation < np.inf:
+        if isinstance(deviation, bool) or not isinstance(deviation, (int, float)) or not 0.0 < deviation < np.inf:
             raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
         parts = []
         for i, (repeated, data) in enumerate(zip(problem.repeated, problem.data, strict=True)):
@@ -375,10 +375,7 @@ def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[st
             moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
             other = FitProblem([moved], [data], [])
             shifted = other.evaluate(np.zeros(0)).loads[0]
-            change = (shifted - evaluation.loads[i]) / data.peak
-            parts.append(data.gather @ change)
-            if data.loss == "band":
-                parts.append(data.pull_slope * (data.gather @ change))
+            parts.append(data.residuals(shifted) - data.residuals(evaluation.loads[i]))
         shift = np.linalg.lstsq(jacobian, np.concatenate(parts), rcond=1e-10)[0]
         added += np.outer(shift, shift)
     return added

@@ -87,7 +87,7 @@ def sequences(problem: FitProblem, residuals: Array) -> list[Array]:
     for data in problem.data:
         p = data.gather.shape[0]
         found += np.split(residuals[at : at + p], np.flatnonzero(data.starts)[1:])
-        at += p * (2 if data.loss == "band" else 1)
+        at += data.count
     return found
 
 

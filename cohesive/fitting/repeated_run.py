@@ -86,20 +86,15 @@ class RepeatedRun:
         self.condensations += 1
         return prepare(scene)
 
-    def model(self, scene: Scene) -> Model:
-        """The model of a scene that differs from the last one in some values."""
-        try:
-            return self._prepared.model_of(self._prepared.scene_of(scene))
-        except SceneError:  # another mesh or another stiffness
-            self._prepared = self._prepare(scene)
-            return self._prepared.model
-
-    def _built(self, scene: Scene) -> Model:
-        """The same, for this once."""
+    def model(self, scene: Scene, keeps: bool = True) -> Model:
+        """The model of a scene that differs from the last one in some values; of another mesh or another stiffness one that is
+        kept for the runs to come, or not."""
         try:
             return self._prepared.model_of(self._prepared.scene_of(scene))
         except SceneError:
-            return self._prepare(scene).model
+            prepared = self._prepare(scene)
+            self._prepared = prepared if keeps else self._prepared
+            return prepared.model
 
     def run(self, values: Mapping[str, float], stages: Sequence[Stage] | None = None, tol: float | None = None) -> Rows:
         """Run with some values changed.
@@ -167,7 +162,7 @@ class RepeatedRun:
         """The problem of a run with another number; one of the law needs no scene, and no model."""
         problem = rows.model.problem
         if not _is_of_law(key) or (key == "material.E" and rows.scene.specimen.regions()):
-            return self._built(self.scene.with_(**{**values, key: value})).problem
+            return self.model(self.scene.with_(**{**values, key: value}), keeps=False).problem
         own = rows.scene.material
         material, law = _with_number(own, key, value), problem.point_law
         point_law = replace(law, plane=CrackPlane(material, law.plane.width))  # type: ignore[type-var, attr-defined]

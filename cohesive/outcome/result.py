@@ -161,8 +161,7 @@ class Result(RunData):
         check_names(folder)
         failed = None
         try:  # first: a measured file may be the history of an earlier run into this folder
-            measured = () if self.reference is None else self.reference.curves
-            copied = copy_inputs(self.scene, folder, [each.content for each in measured])
+            copied = copy_inputs(self.scene, folder, [each.content for each in self.measured])
         except SceneError as error:  # which does not cost the results
             failed, copied = error, self.scene.data
         write_history(self, folder)

@@ -15,7 +15,7 @@ from .agreement import Agreement, agreements
 
 if TYPE_CHECKING:
     from ..growth.found import FoundPath
-    from ..measured.curve import Reference
+    from ..measured.curve import Measured, Reference
     from ..scenes.scene import Scene
     from .fields import Fields, Frame
     from .model_facts import ModelFacts
@@ -78,6 +78,11 @@ class RunData:
         controls = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
         gauge = "cmod" if "cmod" in self.history and not self.gauge_is_elastic else "opening"
         return controls[-1] if controls else gauge
+
+    @property
+    def measured(self) -> tuple[Measured, ...]:
+        """The measured curves that the scene names."""
+        return () if self.reference is None else self.reference.curves
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""
