@@ -17,8 +17,8 @@ from .model.model import Model
 from .model.prepared import Prepared
 from .outcome.notebook import notebook_progress
 from .outcome.result import Result
-from .results.checkpoints import Checkpoint, CheckpointWriter, Done
-from .results.files import HistoryWriter
+from .results.checkpoints import Checkpoint, Done, checkpoint_writer
+from .results.files import history_writer
 from .results.locking import lock_folder
 from .results.record import Record
 from .scenes.reference import load_reference
@@ -133,18 +133,18 @@ def _march(
     def keep(row: dict[str, float], state: State) -> None:
         record.append(row, state)
         unsaved.append((row, state))
-        writer.write(row)
+        write(row)
 
     try:
-        with lock_folder(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with lock_folder(output), history_writer(output, [column.name for column in built.columns]) as write:
             for row, _ in done:
-                writer.write(row)
+                write(row)
             stepper = solve(built.problem, scene.stages, built.recorded, scene.solver.step_growth, notes)
             built = replace(built, problem=stepper.problem)
             if stood is not None:
                 stepper.go_on_from(stood)
                 notes = stepper.notes
-            with CheckpointWriter(output, scene, tangent, found, built.mesh.points, size) as checkpoints:
+            with checkpoint_writer(output, scene, tangent, found, built.mesh.points, size) as set_down:
                 if not record.rows:
                     keep(_row(0, None, observed(built.problem.initial()), 0.0), built.problem.initial())
                 for step in stepper:
@@ -154,7 +154,7 @@ def _march(
                     if on_step is not None:
                         on_step(step, row)
                     if row["step"] % EVERY == 0:
-                        checkpoints.write(unsaved, stepper)
+                        set_down(unsaved, stepper)
                         unsaved.clear()
     except (NotConverged, SceneError) as error:
         error.result = result(str(error))

@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from tqdm import tqdm
 
@@ -36,14 +36,24 @@ _PHASES = {"mesh": "meshing", "assemble": "assembling", "condense": "condensing"
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
+class Savable(Protocol):
+    """The outcome of a study."""
+
+    def save(self, folder: Path) -> None: ...
+    def summary(self) -> str: ...
+
+
+def add_set(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """The changes of keys."""
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=meaning)
+
+
 def add_scene(parser: argparse.ArgumentParser, default: str, example: str, may_lack: bool = False) -> None:
     """The scene, its changes and the folder for its files, of every command that runs one."""
     count = "?" if may_lack else None
     parser.add_argument("scene", metavar="SCENE", nargs=count, help="a TOML file, or a built-in scene (see `cohesive scenes`)")
     parser.add_argument("-o", "--output", metavar="DIR", help=f"folder for the files (default: {default})")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help=f"change a key, as in {example} (see `cohesive keys`)"
-    )
+    add_set(parser, f"change a key, as in {example} (see `cohesive keys`)")
 
 
 def add_verbose(parser: argparse.ArgumentParser) -> None:
@@ -104,6 +114,15 @@ def status_of(error: BaseException) -> int:
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED
     return STOPPED if isinstance(error, NotConverged) else BAD_INPUT
+
+
+def save_and_tell(outcome: Savable, folder: Path, files: str) -> None:
+    """Save an outcome, print its summary whatever becomes of the files, and say what they are."""
+    try:
+        outcome.save(folder)
+    finally:
+        print(outcome.summary())
+    print(f"files: {folder}/  ({files})")
 
 
 def trade_folder(scene: str) -> Path:

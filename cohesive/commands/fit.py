@@ -8,7 +8,7 @@ from pathlib import Path
 from ..errors import SceneError
 from ..results.files import make_folder
 from ..scenes.scene import Scene
-from .common import Commands, assignments
+from .common import Commands, add_set, assignments
 
 
 def add_parser(commands: Commands) -> None:
@@ -21,7 +21,7 @@ def add_parser(commands: Commands) -> None:
     )
     p.add_argument("scenes", metavar="SCENE", nargs="+", help="TOML files, or built-in scenes")
     p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the first scene's name and -fit)")
-    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key of all scenes")
+    add_set(p, "change a key of all scenes")
     p.add_argument(
         "--vary", action="append", default=[], metavar="KEY=LOW:HIGH", help="a number and its bounds, as material.ft=2:5"
     )
@@ -34,13 +34,13 @@ def add_parser(commands: Commands) -> None:
     p.add_argument(
         "--scatter", action="append", default=[], metavar="KEY=DEVIATION", help="known scatter, as specimen.notch=0.5"
     )
-    p.add_argument("--export", metavar="PROGRAM", help="print the fitted curve as input of abaqus, diana or atena")
+    p.add_argument("--export", choices=("abaqus", "diana", "atena"), help="print the fitted curve as input of a program")
     p.set_defaults(execute=_execute)
 
 
 def _execute(options: argparse.Namespace) -> int:
     from ..fitting.curve_choice import fit_curves
-    from ..fitting.export import exported
+    from ..fitting.export import EXPORTS
     from ..fitting.fit import fit
 
     scenes = [Scene.load(source).with_(**assignments(options.set)) for source in options.scenes]
@@ -65,7 +65,7 @@ def _execute(options: argparse.Namespace) -> int:
         best.save(folder)
         print(best.summary())
     if options.export:
-        print(exported(options.export, best.scenes[0].material), end="")
+        print(EXPORTS[options.export][1](best.scenes[0].material), end="")
     print(f"files: {folder}/")
     return 0
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ _NOTCH, _NOTCH_ENDS = "specimen.notch", (0.1, 0.8)
 #: numbers that `fit` varies
 _FITTED = ("material.ft", "material.Gf")
 
-#: meshes that are kept, by the notch
+#: meshes that are kept; the one that was used longest ago goes
 _KEPT = 8
 
 #: points of the softening curve
@@ -49,15 +50,11 @@ class Explorer:
     """
 
     scene: Scene
-    _kept: dict[Any, Prepared] = field(default_factory=dict, init=False)
+    _prepared: Callable[[Any], Prepared] = field(init=False, repr=False)  # by the notch; None: that of the scene
 
     def __post_init__(self) -> None:
         self.scene = self.scene.with_(**{"output.frames": 0})
-
-    @property
-    def kept(self) -> int:
-        """How many meshes are kept."""
-        return len(self._kept)
+        self._prepared = lru_cache(_KEPT)(lambda notch: prepare(self._changed({} if notch is None else {_NOTCH: notch})))
 
     def controls(self) -> dict[str, Any]:
         """What the page offers: numbers with their ends and start, and choices."""
@@ -87,7 +84,7 @@ class Explorer:
         clock, error, result = time.perf_counter(), "", None
         try:
             scene = self._changed(changes)
-            result = run(scene, self._prepared(scene))
+            result = run(scene, self._prepared(scene.given(_NOTCH) if _NOTCH in self.controls() else None))
         except NotConverged as stopped:
             error, result = str(stopped), stopped.result if isinstance(stopped.result, Result) else None
         except (SceneError, MeshError, ParameterError) as refused:
@@ -160,15 +157,6 @@ class Explorer:
             raise SceneError(f"{unknown[0]}: not a control of this page; expected one of {', '.join(offered)}", unknown[0])
         scene = self.scene.with_(**{"output.frames": 5}) if frames else self.scene
         return scene.with_(**changes)
-
-    def _prepared(self, scene: Scene) -> Prepared:
-        """The kept mesh of a notch; the one that was used longest ago goes."""
-        notch = scene.given("specimen.notch") if _NOTCH in self.controls() else None
-        kept = self._kept.pop(notch, None) or prepare(self._changed({} if notch is None else {_NOTCH: notch}))
-        self._kept[notch] = kept
-        while len(self._kept) > _KEPT:
-            self._kept.pop(next(iter(self._kept)))
-        return kept
 
 
 def _shown(result: Result, over: str | None) -> dict[str, Any]:

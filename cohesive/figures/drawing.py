@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 import warnings
-from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,11 +14,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ..arrays import Array
-from ..results.agreement import agreements
 from ..results.measures import label_of
 
 if TYPE_CHECKING:
-    from ..measured.curve import Measured, Reference
+    from ..measured.curve import Measured
     from ..results.run_data import RunData
 
 #: measured curves of fewer points are drawn with a mark for each
@@ -52,7 +50,7 @@ def save_curve(data: RunData, path: Path) -> None:
 def draw_curve(axes: Axes, data: RunData) -> None:
     """The curve that the scene asks for; without one the load over the travel of a platen that moves both ways, else over what
     `RunData.controlled` says."""
-    history, reference = data.history, data.reference
+    history = data.history
     name, over = data.scene.output.curve or (data.controlled, "load")
     if data.drives_both_ways and data.scene.output.curve is None:
         label, x, y = abscissa(data)
@@ -60,8 +58,8 @@ def draw_curve(axes: Axes, data: RunData) -> None:
     else:
         x, y = history[name], history[over]
         axes.set(xlabel=_label(data, name), ylabel=_label(data, over))
-        if reference is not None and (name, over) == (reference.against, "load"):
-            draw_reference(axes, reference, history)
+        if over == "load":
+            draw_reference(axes, data, name, with_distance=True)
     axes.plot(x, y, color="C0", label="crack band" if data.is_smeared else "discrete crack")
     peak = int(np.nanargmax(y))
     largest = f"{'peak' if over == 'load' else 'largest'} {y[peak]:.5g} {data.unit_of(over)}"
@@ -91,12 +89,13 @@ def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Arr
     return "travel of the platen, there and back", np.insert(travel, turned, travel[turned]), np.insert(load, turned, np.nan)
 
 
-def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str, Array] | None = None) -> None:
-    """The measured curves or bands that the scene names; with a history how far it lies from them."""
-    if reference is None:
+def draw_reference(axes: Axes, data: RunData, measure: str, with_distance: bool = False) -> None:
+    """The measured curves or bands that the scene names, if they go over this measure, and how far the run lies from them."""
+    reference = data.reference
+    if reference is None or reference.against != measure or data.drives_both_ways:
         return
     several, mean = len(reference.curves) > 1, reference.mean()
-    judged = {} if history is None else {each.name: each for each in agreements(reference, history)}
+    judged = {each.name: each for each in data.agreement} if with_distance else {}
     for i, each in enumerate(reference.curves):
         label = reference.label + (f", {len(reference.curves)} tests" if several else "") if i == 0 else None
         if label and each.is_band:

@@ -18,7 +18,7 @@ from ..results.files import make_folder, write_file, write_scene, write_table, w
 from ..results.inputs import copy_inputs
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
-from .export import EXPORTS, exported
+from .export import EXPORTS
 from .intervals import Statistics
 from .problem import FAILURES, FitEvaluation, FitProblem, at_rows
 from .repeated_run import RepeatedRun
@@ -202,8 +202,8 @@ class Fit:
         names = ["scene", "curve", "x_mm", "measured_N", "low_N", "high_N", "computed_N"]
         write_table(folder / "fit.csv", names, self._rows())
         material = self.scenes[0].material
-        for name, (suffix, _) in EXPORTS.items():
-            write_text(folder / f"softening-{name}{suffix}", exported(name, material))
+        for name, (suffix, text_of) in EXPORTS.items():
+            write_text(folder / f"softening-{name}{suffix}", text_of(material))
         for i, scene in enumerate(self.scenes, start=1):
             home = folder if len(self.scenes) == 1 else folder / f"scene-{i}"
             make_folder(home)

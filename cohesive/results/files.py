@@ -7,14 +7,13 @@ import json
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
 from functools import partial
 from importlib import metadata
-from io import FileIO, StringIO
+from io import StringIO
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ParameterError, SceneError
@@ -40,45 +39,40 @@ RESULT = "result.npz"
 FILES = (*PICTURES, "path.png", "path.csv", "history.csv", RESULT, "frames.pvd", "run.json", "scene.toml")
 
 
-class HistoryWriter:
-    """history.csv with columns of some names that grows by whole rows; without a folder it writes nothing."""
+@contextmanager
+def history_writer(folder: str | Path | None, names: Sequence[str]) -> Iterator[Callable[[dict[str, float]], None]]:
+    """What appends a row to history.csv, whose columns have some names; without a folder it writes nothing.
 
-    def __init__(self, folder: str | Path | None, names: Sequence[str]) -> None:
-        self._names = names
-        self._folder = None if folder is None else Path(folder)
-        self._file: FileIO | None = None
+    Raises
+    ------
+    SceneError
+        If the folder cannot be written, or the disk is full; a row is then written whole or not at all.
+    """
+    if folder is None:
+        yield lambda row: None
+        return
+    path = Path(folder) / "history.csv"
+    make_folder(path.parent)
+    check_names(path.parent)
+    try:
+        file = open(path, "wb", buffering=0)  # noqa: SIM115  closed below
+    except OSError as error:
+        raise _refused(path, error) from None
 
-    def __enter__(self) -> HistoryWriter:
-        if self._folder is not None:
-            make_folder(self._folder)
-            check_names(self._folder)
-            try:
-                self._file = open(self._folder / "history.csv", "wb", buffering=0)
-            except OSError as error:
-                raise _refused(self._folder / "history.csv", error) from None
-            self._append(self._names)
-        return self
-
-    def write(self, row: dict[str, float]) -> None:
-        """Append a row; SceneError if the disk is full; a row is then written whole or not at all."""
-        self._append([repr(row[name]) for name in self._names])  # with all digits
-
-    def _append(self, row: Sequence[str]) -> None:
-        if self._file is None or self._folder is None:
-            return
-        rest = (",".join(row) + "\n").encode()
-        whole = self._file.tell()
+    def append(cells: Sequence[str]) -> None:
+        rest = (",".join(cells) + "\n").encode()
+        whole = file.tell()
         try:
             while rest:  # one call, unless the disk is getting full
-                rest = rest[self._file.write(rest) :]
+                rest = rest[file.write(rest) :]
         except OSError as error:
             with suppress(OSError):
-                self._file.truncate(whole)
-            raise _refused(self._folder / "history.csv", error) from None
+                file.truncate(whole)
+            raise _refused(path, error) from None
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self._file is not None:
-            self._file.close()
+    with closing(file):
+        append(names)
+        yield lambda row: append([repr(row[name]) for name in names])  # with all digits
 
 
 def make_folder(folder: Path) -> None:

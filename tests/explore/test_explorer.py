@@ -55,12 +55,9 @@ def test_an_answer_is_the_run(explorer: Explorer) -> None:
     assert len(answer["profiles"]["at the end"][0]) == len(answer["profiles"]["at the end"][1]) > 5
 
 
-def test_a_notch_gets_a_mesh_of_its_own_and_few_are_kept(explorer: Explorer) -> None:
+def test_a_notch_gets_a_mesh_of_its_own(explorer: Explorer) -> None:
     peaks = [max(explorer.answer({"specimen.notch": notch})["load"]) for notch in (10.0, 20.0)]
     assert peaks[0] > 1.3 * peaks[1]
-    for notch in np.linspace(10, 30, 12):
-        explorer.answer({"specimen.notch": float(notch)})
-    assert explorer.kept <= 8
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def test_summary_run_json_and_figure_say_the_same(with_curve: Result, tmp_path: 
     said = json.loads((tmp_path / "run.json").read_text())["reference"]
     assert said["against"] == "driven" and said["curves"][0]["rms"] == found.rms
     axes = Figure().add_subplot()
-    draw_reference(axes, with_curve.reference, h)
+    draw_reference(axes, with_curve, "driven", with_distance=True)
     assert axes.get_legend_handles_labels()[1] == [f"test 1, {rms}"]
     name, x, _ = abscissa(with_curve)
     assert name == "driven" and x[-1] == h["driven"][-1]
