@@ -152,7 +152,7 @@ def progress(total: int | None = None, unit: str = "step") -> Iterator[tqdm[Any]
             clock.join()
 
 
-def teller(bar: tqdm[Any]) -> Callable[[str], None]:
+def phase_reporter(bar: tqdm[Any]) -> Callable[[str], None]:
     """What names each phase before the first step on the bar."""
 
     def on_phase(name: str) -> None:

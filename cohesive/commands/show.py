@@ -91,16 +91,16 @@ def _cells(mesh: CrackedMesh) -> str:
 def _crack(scene: Scene, mesh: CrackedMesh) -> str:
     """The crack path and what stands for it."""
     if mesh.crack is not None:
-        found = f"{len(mesh.crack.data)} zero-thickness cells"
+        text = f"{len(mesh.crack.data)} zero-thickness cells"
     else:
-        found = f"{sum(len(block.data) for block in mesh.band)} elements that may crack"
+        text = f"{sum(len(block.data) for block in mesh.band)} elements that may crack"
     if scene.grow is not None:
-        return f"{found}; the run looks for its path"
+        return f"{text}; the run looks for its path"
     for line in scene.specimen.paths:
         points = [f"({x:.4g}, {y:.4g})" for x, y in line]
         shown = points if len(points) <= 4 else [*points[:2], "...", points[-1]]
-        found += f", path {' to '.join(shown)}, {np.hypot(*np.diff(line, axis=0).T).sum():.4g} mm"
-    return found
+        text += f", path {' to '.join(shown)}, {np.hypot(*np.diff(line, axis=0).T).sum():.4g} mm"
+    return text
 
 
 def _bounds(mesh: CrackedMesh, nodes: Index) -> tuple[list[float], list[float]]:

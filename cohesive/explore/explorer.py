@@ -58,20 +58,20 @@ class Explorer:
 
     def controls(self) -> dict[str, Any]:
         """What the page offers: numbers with their ends and start, and choices."""
-        found: dict[str, Any] = {}
+        offered: dict[str, Any] = {}
         for key, (low, high) in _NUMBERS.items():
             value = getattr(self.scene.material, key.split(".")[1])
-            found[key] = {"low": low * value, "high": high * value, "start": value}
+            offered[key] = {"low": low * value, "high": high * value, "start": value}
         specimen = self.scene.given("specimen")
         if isinstance(specimen.get("notch"), (int, float)) and isinstance(specimen.get("depth"), (int, float)):
             low, high = (part * specimen["depth"] for part in _NOTCH_ENDS)
-            found[_NOTCH] = {"low": low, "high": high, "start": specimen["notch"]}
+            offered[_NOTCH] = {"low": low, "high": high, "start": specimen["notch"]}
         material = self.scene.given("material")
         softening = material.get("softening", "exponential")
         if isinstance(softening, str):
-            found["material.softening"] = {"choices": list(SOFTENING), "start": softening}
-        found["material.contact"] = {"choices": ["printed", "potential"], "start": material.get("contact", "printed")}
-        return found
+            offered["material.softening"] = {"choices": list(SOFTENING), "start": softening}
+        offered["material.contact"] = {"choices": ["printed", "potential"], "start": material.get("contact", "printed")}
+        return offered
 
     def answer(self, changes: Mapping[str, Any], over: str | None = None) -> dict[str, Any]:
         """Curve, crack profile at the peak and at the end, softening curve and numbers of a run with some keys changed; or
@@ -89,8 +89,8 @@ class Explorer:
             error, result = str(stopped), stopped.result if isinstance(stopped.result, Result) else None
         except (SceneError, MeshError, ParameterError) as refused:
             return {"error": str(refused)}
-        found = {"error": error, "seconds": time.perf_counter() - clock}
-        return found | (_shown(result, over) if result is not None and result.steps else {})
+        facts = {"error": error, "seconds": time.perf_counter() - clock}
+        return facts | (_shown(result, over) if result is not None and result.steps else {})
 
     def toml(self, changes: Mapping[str, Any]) -> str:
         """The scene as a file."""
@@ -134,10 +134,10 @@ class Explorer:
         """
         try:
             ends = {key: (self.controls()[key]["low"], self.controls()[key]["high"]) for key in _FITTED}
-            found = fit(self._changed(changes), ends, reference=self._reference(text, name))
+            fitted = fit(self._changed(changes), ends, reference=self._reference(text, name))
         except (SceneError, MeshError, ParameterError, NotConverged) as refused:
             return {"error": str(refused)}
-        return {"values": found.values, "summary": found.summary()}
+        return {"values": fitted.values, "summary": fitted.summary()}
 
     def _reference(self, text: str | None, name: str) -> Reference | None:
         """The measured curves of a file with this text, or those of the scene."""

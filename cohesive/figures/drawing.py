@@ -134,7 +134,7 @@ def set_title(figure: Figure, *lines: str) -> None:
 
 
 def fitted(text: str, width: int, lines: int) -> list[str]:
-    """A text in so many lines of so many characters; it ends in "..." if it is too long. No controls."""
+    """A text in a number of lines of a number of characters; it ends in "..." if it is too long. No controls."""
     clean = "".join(each if each.isprintable() else " " for each in text)
     return textwrap.wrap(clean, width, max_lines=lines, placeholder=" ...")
 

@@ -15,7 +15,7 @@ from ..measured.curve import Measured, Reference, outside
 #: pieces of equal length into which a curve with more rows is gathered
 PIECES = 100
 
-#: a run stands at each of so many measured places; at so many of a curve with more
+#: number of measured places up to which a run stands at each; number of those of a curve with more
 ROWS, TARGETS = 200, 100
 
 LOSSES = ("linear", "soft_l1", "band")

@@ -148,15 +148,15 @@ class RepeatedRun:
         problem, first = rows.model.problem, rows.model.problem.initial()
         rates = Sensitivity(problem, rows.steps, parameters, rows.dead).rates(energies)
         self.sensitivities += 1
-        found = {}
+        by_key = {}
         states = [step.equilibrium.state for step in rows.steps]
         for key, half, (start, *rate) in zip(keys, halves, rates, strict=True):
             there = replace(problem, start=moved(first, start, half)) if rows.dead else problem
             far = [rows.model.recorded(there, moved(state, each, half)) for state, each in zip(states, rate, strict=True)]
-            found[key] = {
+            by_key[key] = {
                 name: (np.array([record[name] for record in far]) - column) / half for name, column in rows.history.items()
             }
-        return found
+        return by_key
 
     def _changed(self, rows: Rows, values: Mapping[str, float], key: str, value: float) -> Problem:
         """The problem of a run with another number; one of the law needs no scene, and no model."""
@@ -174,7 +174,7 @@ class RepeatedRun:
         self, values: Mapping[str, float], keys: Sequence[str], stages: Sequence[Stage], targets: Callable[[Rows], Index]
     ) -> dict[str, dict[str, Array]]:
         """Central differences of whole runs at the rows of given targets, {key: {column: (k,) array}}."""
-        found = {}
+        by_key = {}
         for key in keys:
             value = value_of(self.scene.with_(**values), key)
             half = _OF_A_RUN * (abs(value) or 1.0)
@@ -183,15 +183,15 @@ class RepeatedRun:
             )
             at = [targets(rows) for rows in (below, above)]
             k = min(len(rows) for rows in at)
-            found[key] = {
+            by_key[key] = {
                 name: (above.history[name][at[1][:k]] - below.history[name][at[0][:k]]) / (2.0 * half)
                 for name in above.history
             }
-        return found
+        return by_key
 
 
 class _Counted:
-    """A stiffness that solves so many systems and no more; in all else it is the one it is made of."""
+    """A stiffness that solves a number of systems and no more; in all else it is the one it is made of."""
 
     def __init__(self, stiffness: Stiffness, most: int) -> None:
         self._stiffness, self._most, self._count = stiffness, most, 0

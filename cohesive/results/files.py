@@ -111,7 +111,7 @@ def package_version(name: str) -> str:
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text, whole."""
-    write_file(path, lambda temporary: temporary.write_bytes(text.encode()))
+    write_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]], comment: str = "") -> None:

@@ -89,15 +89,15 @@ def _listed(inside: Path) -> dict[str, str]:
 def _names(sources: Sequence[Path], inside: Path, old: Mapping[str, str]) -> list[str]:
     """A name for each copy: its own if that is free, else with a number. Files that are there already keep theirs."""
     taken = {_LIST, *(source.name for source in sources if _is_in(source, inside))}
-    found = []
+    names = []
     for source in sources:
         name, number = source.name, 1
         while not _is_in(source, inside) and (name in taken or (name not in old and (inside / name).exists())):
             number += 1
             name = f"{source.stem}-{number}{source.suffix}"
         taken.add(name)
-        found.append(name)
-    return found
+        names.append(name)
+    return names
 
 
 def _write_list(inside: Path, copies: Mapping[str, str]) -> None:

@@ -127,7 +127,7 @@ class RunData:
     @property
     def full_energy(self) -> float | None:
         """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch.
-        None if the area is not known, as for a crack anywhere in a mesh of the user's."""
+        None if the area is not known, as for a crack anywhere in a user mesh."""
         material, area = self.scene.material, self.facts.crack_area
         if area is None:
             return None

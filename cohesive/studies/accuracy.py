@@ -57,7 +57,7 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     Raises
     ------
     SceneError
-        For another accuracy, a mesh of the user's, a model of which there is no trade, or a table that cannot be read.
+        For another accuracy, a user mesh, a model of which there is no trade, or a table that cannot be read.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     wanted = parse(accuracy)
     if scene.sizes is None:
         raise SceneError(
-            "accuracy: a mesh of your own has no sizes to choose, and they matter most; expected a built-in specimen, or "
+            "accuracy: a user mesh has no sizes to choose, and they matter most; expected a built-in specimen, or "
             "`cohesive run` with files of two sizes, whose difference tells the error of the mesh"
         )
     said = ""
@@ -111,16 +111,16 @@ def _choice(scene: Scene, wanted: float, trade: Trade, where: str, elsewhere: bo
             (trial for trial in trade.trials if trial.is_same_problem), key=lambda trial: trade.promise(trial, elsewhere)
         )
         missed = "no setting reaches it, the most accurate one is taken: "
-    found = changes(scene, best.settings, trade.scene)
+    changed = changes(scene, best.settings, trade.scene)
     keys = ", ".join(
-        f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in found.items()
+        f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in changed.items()
     )
     promised = trade.promise(best, elsewhere)
     text = (
         f"accuracy {100 * wanted:.3g} %: {missed}{label(best.settings)}, which promises {100 * promised:.2g} % ({where}): "
         f"{keys or 'nothing changes'}"
     )
-    return Choice(found, promised, text)
+    return Choice(changed, promised, text)
 
 
 def _source(name: str) -> str:

@@ -89,13 +89,13 @@ class Comparison:
         if self.discrete.fields.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
             return []
         s, x, _ = self._pair.upto_end(0)
-        found = []
+        profiles = []
         for at in self._stages():
             by_model = {
                 name: _profile(run, s, at) for (name, run), s in zip(self.runs.items(), self._pair.travelled, strict=True)
             }
-            found.append((f"{self.measure} {np.interp(at, s, x):.3g} mm", by_model))
-        return found
+            profiles.append((f"{self.measure} {np.interp(at, s, x):.3g} mm", by_model))
+        return profiles
 
     def _stages(self) -> list[float]:
         """What is travelled to the stages of `profiles`, mm."""

@@ -1,4 +1,4 @@
-"""Pictures: whatever a title holds they are drawn, and one that is not costs a sentence only."""
+"""Pictures: whatever a title holds they are drawn, and one that is not is reported."""
 
 from __future__ import annotations
 

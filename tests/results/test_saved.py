@@ -54,7 +54,7 @@ def test_a_missing_or_broken_file_is_named(name: str, result: Result, tmp_path: 
         Result.load(tmp_path)
 
 
-def test_curve_and_body_are_drawn_into_axes_of_ones_own(result: Result) -> None:
+def test_curve_and_body_are_drawn_into_given_axes(result: Result) -> None:
     from matplotlib import pyplot
 
     _, (left, right) = pyplot.subplots(1, 2)

@@ -115,7 +115,7 @@ def test_settings_are_carried_over_as_the_knobs_say() -> None:
 
 
 def test_a_mesh_of_the_users_has_no_sizes(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="a mesh of your own has no sizes to choose"):
+    with pytest.raises(SceneError, match="a user mesh has no sizes to choose"):
         settings_for(Scene(OF_A_FILE, tmp_path), 0.01)
 
 
