@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +20,11 @@ ALL_KEPT = 1000
 _FOR_A_FRAME = 8
 
 
-class States(Sequence["State"]):
+class States:
     """The states of a run by row.
 
     A run of up to 1000 rows keeps all of them. A longer one keeps those of every second, fourth ... row, of the row with the
-    largest load, and of the last one, so that its memory does not grow; asking for another one is a LookupError.
+    largest load, and of the last one, so that its memory does not grow.
 
     Parameters
     ----------
@@ -61,16 +61,9 @@ class States(Sequence["State"]):
         """The row with a state that is nearest to a row."""
         return int(self.kept[abs(self.kept - row).argmin()])
 
-    def __getitem__(self, row: Any) -> Any:
-        at = row + self._rows if row < 0 else row
-        if not 0 <= at < self._rows:
-            raise IndexError(f"row {row}: the run has {self._rows} rows, the first is 0")
-        if at not in self._kept:
-            raise LookupError(
-                f"row {row}: of {self._rows} rows the states of multiples of {self._apart}, of the largest load and of the "
-                "last one are kept; expected one of result.states.kept, or a larger output.frames"
-            )
-        return self._kept[at]
+    def __getitem__(self, row: int) -> State:
+        """The state of a row that is kept; -1 is the last one."""
+        return self._kept[row % self._rows]
 
     def __len__(self) -> int:
         return self._rows

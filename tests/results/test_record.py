@@ -55,15 +55,6 @@ def test_the_peak_is_the_first_of_the_largest_and_not_the_unloaded_row() -> None
     assert 1501 in states.kept and 1502 not in states.kept[states.kept % 4 != 0]
 
 
-def test_a_state_that_was_not_kept_is_named() -> None:
-    states = kept_of(5000, 10)
-    with pytest.raises(LookupError, match=r"row 1001: of 5000 rows the states of multiples of 8, .*output.frames") as caught:
-        states[1001]
-    assert not isinstance(caught.value, IndexError)  # which would end an iteration in silence
-    with pytest.raises(IndexError, match=r"row 5000: the run has 5000 rows"):
-        states[5000]
-
-
 def test_frames_of_a_long_run_are_the_nearest_that_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohesive.results.record.ALL_KEPT", 10)
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 90}], output__frames=3))
