@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from tqdm import tqdm
 
@@ -20,6 +20,11 @@ from ..algebra.petsc.ranks import rank_and_size
 from ..errors import NotConverged, SceneError
 from ..scenes.scene import Scene
 from ..solver.stepper import Step
+
+if TYPE_CHECKING:
+    from ..studies.comparison import Comparison
+    from ..studies.sweep import Sweep
+    from ..studies.trade import Trade
 
 #: exit statuses: a run that stopped before its end, bad input or a file that cannot be written, interrupted
 STOPPED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -34,13 +39,6 @@ _TICK = 0.5
 _PHASES = {"mesh": "meshing", "assemble": "assembling", "condense": "condensing"}
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-
-
-class Savable(Protocol):
-    """The outcome of a study."""
-
-    def save(self, folder: Path) -> None: ...
-    def summary(self) -> str: ...
 
 
 def add_set(parser: argparse.ArgumentParser, meaning: str) -> None:
@@ -116,7 +114,7 @@ def status_of(error: BaseException) -> int:
     return STOPPED if isinstance(error, NotConverged) else BAD_INPUT
 
 
-def save_and_tell(outcome: Savable, folder: Path, files: str) -> None:
+def save_and_tell(outcome: Comparison | Sweep | Trade, folder: Path, files: str) -> None:
     """Save an outcome, print its summary whatever becomes of the files, and say what they are."""
     try:
         outcome.save(folder)

@@ -85,7 +85,12 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     alike = [name for name in tables if _kind(tables[name].scene) == _kind(scene)]
     if not alike:
         raise SceneError(f"accuracy: no stored trade is of a {', '.join(_kind(scene))} model; `cohesive trade` measures one")
-    name = min(alike, key=lambda each: _farness(scene, tables[each].scene))
+
+    def farness(name: str) -> tuple[bool, bool, float]:
+        like = tables[name].scene
+        return scene.kind != like.kind, _turns(scene) != _turns(like), distance(scene, like)
+
+    name = min(alike, key=farness)
     where = f"{said}carried over from {_source(name)}, not measured on this scene: `cohesive trade` would"
     return _choice(scene, wanted, tables[name], where, elsewhere=True)
 
@@ -133,11 +138,6 @@ def _kind(scene: Scene) -> tuple[str, ...]:
     another one may cost hours there."""
     model = ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
     return (f"{scene.kind} in 3D", *model) if scene.is_solid else model
-
-
-def _farness(scene: Scene, like: Scene) -> tuple[bool, bool, float]:
-    """How far two scenes are apart; they are compared by kind, then by loading, then by size."""
-    return scene.kind != like.kind, _turns(scene) != _turns(like), distance(scene, like)
 
 
 def _turns(scene: Scene) -> bool:

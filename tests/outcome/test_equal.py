@@ -57,22 +57,22 @@ OTHERS = {"from_run", "load", "save", "plot", "plot_deformed", "to_frame", "fram
 
 def members(result: Result) -> dict[str, Any]:
     """All that a reader may ask a result for, by name."""
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     rows = len(result.history["step"])
     for name in dir(result):
         if name.startswith("_") or name in OTHERS:
             continue
         value = getattr(result, name)
         if name in OF_ROWS:
-            found |= {f"{name}({row})": value(row) for row in range(-min(rows, 1), rows)}
+            entries |= {f"{name}({row})": value(row) for row in range(-min(rows, 1), rows)}
         elif name in OF_NAMES:
-            found |= {f"{name}({column})": value(column) for column in result.history}
+            entries |= {f"{name}({column})": value(column) for column in result.history}
         elif callable(value):
             assert name in CALLED, f"{name}: how is it called?"
-            found[name] = value()
+            entries[name] = value()
         else:
-            found[name] = value
-    return found
+            entries[name] = value
+    return entries
 
 
 def named(scene: Scene) -> dict[str, Any]:
@@ -117,11 +117,11 @@ def result(request: pytest.FixtureRequest) -> Result:
 
 def files(folder: Path) -> dict[str, bytes]:
     """All files by name; of run.json without the time that writing took, which the summary tells, too."""
-    found = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    facts = json.loads(found["run.json"])
+    entries = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    facts = json.loads(entries["run.json"])
     del facts["timings"]["output"], facts["summary"], facts["scene"]
-    found.pop("inputs/sources.txt", None)
-    return found | {"run.json": json.dumps(facts).encode(), "result.npz": b""}  # whose bytes hold the time of writing
+    entries.pop("inputs/sources.txt", None)
+    return entries | {"run.json": json.dumps(facts).encode(), "result.npz": b""}  # whose bytes hold the time of writing
 
 
 def test_it_is_the_same_from_a_pickle_and_from_its_folder(result: Result, tmp_path: Path) -> None:
