@@ -8,7 +8,22 @@ from typing import Any
 from meshing.errors import one_line
 
 
-class SceneError(ValueError):
+class WithKey(Exception):
+    """An error whose message is about one key, or none."""
+
+    def __init__(self, message: str = "", key: str = "") -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class EndsRun(BaseException):
+    """What ends a run early."""
+
+    result: object = None
+    finished: Sequence[object] = ()
+
+
+class SceneError(EndsRun, WithKey, ValueError):
     """A scene that cannot be used; the message names the key, its value and what was expected.
 
     Attributes
@@ -18,15 +33,11 @@ class SceneError(ValueError):
     finished : the runs that were finished before, if several were asked for.
     """
 
-    result: object = None
-    finished: Sequence[object] = ()
-
     def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(one_line(message))
-        self.key = key
+        super().__init__(one_line(message), key)
 
 
-class ParameterError(ValueError):
+class ParameterError(WithKey, ValueError):
     """A parameter out of its range; the message names it, its value and what was expected.
 
     Attributes
@@ -34,12 +45,8 @@ class ParameterError(ValueError):
     key : name of the parameter
     """
 
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(message)
-        self.key = key
 
-
-class NotConverged(RuntimeError):
+class NotConverged(EndsRun, WithKey, RuntimeError):
     """A step that did not converge.
 
     Attributes
@@ -48,13 +55,6 @@ class NotConverged(RuntimeError):
     result : everything computed before the step, once `run` has passed the error on.
     finished : the runs that were finished before, if several were asked for.
     """
-
-    result: object = None
-    finished: Sequence[object] = ()
-
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(message)
-        self.key = key
 
 
 class PointFailure(NotConverged):
@@ -76,7 +76,7 @@ class ElementError(ValueError):
     """An element with no positive area or volume, or of a type that is not implemented."""
 
 
-class Interrupted(KeyboardInterrupt):
+class Interrupted(EndsRun, KeyboardInterrupt):
     """A run that the user or a signal ended.
 
     Attributes
@@ -84,9 +84,6 @@ class Interrupted(KeyboardInterrupt):
     result : everything computed before.
     finished : the runs that were finished before, if several were asked for.
     """
-
-    result: object = None
-    finished: Sequence[object] = ()
 
 
 class TooCostly(Exception):
