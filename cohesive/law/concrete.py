@@ -12,7 +12,7 @@ import numpy as np
 
 from meshing.keys import key
 
-from ..errors import ParameterError
+from ..errors import ParameterError, SceneError
 from .softening import Softening
 from .softening_branches import Rise, first_branch, fully_softened, opening_of_first_branch, steepest_rise
 from .softening_choice import curve_of, fixes_strength, normalized, strength_and_energy
@@ -50,7 +50,7 @@ class Concrete:
         apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
         mode I softening is not disturbed at any width (if u_phi0 <= 0).
-    contact : "printed", or "potential" for the mended form of `potential_contact`, which creates no energy in cycles at
+    contact : "printed", or "potential" for the corrected form of `potential_contact`, which creates no energy in cycles at
         constant damage and never is stiffer than the concrete.
     shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
     softening : stress over opening beyond the onset of damage, w = Z - Zt: the name of a registered curve, see
@@ -221,6 +221,31 @@ class Concrete:
         """E times the area of the first branch over ft^2, mm: what the size of the process zone at the peak goes by. The
         exponential curve has the characteristic length."""
         return self.E * self.first_branch_work / self.ft**2
+
+    def most_dissipated(self, width: float) -> float:
+        """Energy that a crack plane of a width can dissipate at most, in shear, over Gf."""
+        shear = max(1.0, self.r_sigma**2 * self.E / self.G)
+        return float(shear * (1.0 + self.ft**2 * width / (2 * self.E * self.Gf)))
+
+    def check_units(self, crack_length: float) -> None:
+        """Refuse numbers in other units than the length of a crack in mm: their ratios are far from any concrete's.
+
+        Raises
+        ------
+        SceneError
+        """
+        if not 1e-6 < self.ft / self.E < 1e-2:
+            raise SceneError(
+                f"material.E = {self.E:g}, material.ft = {self.ft:g}: ft / E = {self.ft / self.E:.1e}; expected about 1e-4, "
+                "both in MPa",
+                "material.E",
+            )
+        if self.Zm > crack_length:
+            raise SceneError(
+                f"material.Gf = {self.Gf:g}: softening would end at an opening of {self.Zm:.3g} mm, more than the crack's "
+                f"length of {crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm",
+                "material.Gf",
+            )
 
     @classmethod
     def preset(cls, name: str, **changes: object) -> Concrete:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from ..algebra.bulk_matrix import bulk_stiffness
 from ..algebra.choice import Bulk, Condensation, condense
@@ -19,7 +18,6 @@ from ..solver.loading import DEAD, Actuator, Loading
 from ..solver.problem import Problem, Springs
 from .boundary import Boundary
 from .cracks import CrackPart
-from .dead_loads import dead_loads, dead_motion
 from .elements import Elements
 from .gauges import measures
 from .mesh import CrackedMesh
@@ -47,8 +45,14 @@ class Assembled:
         return int(self.bulk.unknowns.transform.shape[1])
 
 
-def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: CrackPart, held: Boundary) -> Assembled:
+def assembled(
+    scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: CrackPart, held: Boundary, dead: Array | None
+) -> Assembled:
     """The bulk with its unknowns, its dead loads and its measures.
+
+    Parameters
+    ----------
+    dead : of `dead_loads`, over `Elements.unit`
 
     Raises
     ------
@@ -56,7 +60,6 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
         For supports that contradict each other, and gauges or dead loads that the mesh has no place for.
     """
     half, representative = scene.model.half, mesh.representative
-    dead = dead_loads(scene.specimen, mesh, elements)
     rows = measures(scene.specimen, half, mesh, cracks.faces)
     try:
         unknowns = Unknowns.from_constraints(representative, held.supports, held.motions, held.mirror, int(dead is not None))
@@ -66,9 +69,7 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
     if half:
         K *= 2.0  # load and energies are those of the whole
         dead = None if dead is None else 2.0 * dead
-    if dead is not None:
-        dead /= dead_motion(mesh, scene.material.E / elements.unit)
-    operator = _without_cancelled(cracks.operator @ unknowns.transform)
+    operator = unknowns.seen_by(cracks.operator)
     rows = {name: row @ unknowns.transform for name, row in rows.items()}
     seen = np.zeros(unknowns.transform.shape[1], dtype=bool)
     seen[operator.indices] = True
@@ -78,14 +79,6 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
     points = np.asarray(mesh.points, dtype=float)
     bulk = Bulk(points, elements.elastic, elements.cracking, representative, unknowns, operator, np.flatnonzero(seen), K, dead)
     return Assembled(bulk, rows, cracks.weights, cracks.where)
-
-
-def _without_cancelled(operator: sp.csr_array) -> sp.csr_array:
-    """Without the entries that cancel: a jump does not see the mean motion of the faces."""
-    operator = operator.tocsr()
-    operator.data[abs(operator.data) < 1e-12] = 0.0
-    operator.eliminate_zeros()
-    return operator
 
 
 def condensed(bulk: Bulk, wanted: str) -> Condensation:

@@ -20,7 +20,7 @@ TRACTION_FREE = 0.01
 #: lengths at which the compliance is computed; twice as many change the effective length by less than 0.2 % of the path
 _LENGTHS = 20
 
-#: root of a stiffness, over that of the undamaged body, below which it is rounding: what is left of the path does not hold the body
+#: root of a stiffness, over that of the undamaged body, below which it is rounding: the rest of the path holds nothing
 _ROUNDING = 1e-4
 
 

@@ -17,6 +17,7 @@ from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
+from ..solver.columns import Column, columns_of
 from ..solver.stages import Stage
 from .names import check_names, hint, refuse
 from .tables import BandOptions, GrowOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
@@ -74,6 +75,7 @@ class Inputs:
     sizes : of the elements, those that follow by rule among them; None with a user mesh
     reference, grow : None if the scene names no measured curve, looks for no path
     stages : tuple of Stage
+    columns : of the history, as far as its keys tell
     """
 
     title: str
@@ -89,6 +91,7 @@ class Inputs:
     reference: ReferenceOptions | None
     grow: GrowOptions | None
     stages: tuple[Stage, ...]
+    columns: tuple[Column, ...]
 
     @property
     def dimension(self) -> int:
@@ -157,11 +160,12 @@ def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
         build_table(ReferenceOptions, table_of(data, "reference"), "reference") if "reference" in data else None,
         _grow(data, specimen),
         _stages(data),
+        columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces())),
     )
     for name in [] if inputs.reference is None else inputs.reference.files:
         _check_file(name, find)
     _check_model(inputs)
-    check_names(kind, specimen, inputs.stages, inputs.output.curve)
+    check_names(kind, list(specimen.gauges()), inputs.stages, inputs.output.curve, inputs.columns)
     return inputs
 
 

@@ -7,11 +7,10 @@ import reprlib
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from meshing.specimens import Specimen
 from meshing.specimens.base import MAIN_GAUGE
 
 from ..errors import SceneError
-from ..solver.columns import COLUMN_NAMES, LOAD_RATIO, columns_of, unloaded, watched
+from ..solver.columns import COLUMN_NAMES, LOAD_RATIO, Column, unloaded, watched
 from ..solver.controls import CONTROLS
 from ..solver.stages import Stage
 
@@ -27,7 +26,9 @@ def hint(word: str, names: Iterable[str]) -> str:
     return f" (did you mean '{close[0]}'?)" if close else ""
 
 
-def check_names(kind: str, specimen: Specimen, stages: Sequence[Stage], curve: Any) -> None:
+def check_names(
+    kind: str, gauges: Sequence[str], stages: Sequence[Stage], curve: Any, columns: Sequence[Column]
+) -> None:
     """Refuse names that mean something else, or nothing: of gauges, controls, quantities to watch, and columns to draw.
 
     Raises
@@ -35,7 +36,6 @@ def check_names(kind: str, specimen: Specimen, stages: Sequence[Stage], curve: A
     SceneError
         Naming the key, its value, and what there is.
     """
-    gauges = list(specimen.gauges())
     for name in gauges:
         if name != MAIN_GAUGE and (name in COLUMN_NAMES or name == LOAD_RATIO or name in CONTROLS):
             raise SceneError(
@@ -43,7 +43,6 @@ def check_names(kind: str, specimen: Specimen, stages: Sequence[Stage], curve: A
                 "expected another name",
                 "specimen.gauges",
             )
-    columns = columns_of(gauges, list(specimen.drives()), list(specimen.forces()))
     controls = [*CONTROLS, *(name for name in gauges if name not in CONTROLS)]
     for i, stage in enumerate(stages):
         if stage.control not in controls:

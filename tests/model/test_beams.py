@@ -10,7 +10,7 @@ import pytest
 from cohesive import Scene, run
 from cohesive.arrays import Array
 from cohesive.model.build import build
-from cohesive.model.interface import default_width
+from cohesive.law.widths import default_width
 from cohesive.solver.newton import advance
 from tests.builders import assert_same_history, run_and_keep
 

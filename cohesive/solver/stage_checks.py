@@ -1,4 +1,4 @@
-"""What a body cannot do, or what belongs to other units: refused before the first step."""
+"""What a problem cannot do in its stages: refused before the first step."""
 
 from __future__ import annotations
 
@@ -8,44 +8,33 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import SceneError
-from ..law.concrete import Concrete
-from ..solver.controls import control_of
-from ..solver.loading import Loading
-from ..solver.problem import Problem
-from ..solver.stages import Stage
+from .controls import control_of
+from .loading import Loading
+from .problem import Problem
+from .stages import Stage
 
 
-def check_units(concrete: Concrete, crack_length: float) -> None:
-    """Refuse numbers that belong to other units: their ratios are far from any concrete's."""
-    m = concrete
-    if not 1e-6 < m.ft / m.E < 1e-2:
-        raise SceneError(
-            f"material.E = {m.E:g}, material.ft = {m.ft:g}: ft / E = {m.ft / m.E:.1e}; expected about 1e-4, both in MPa",
-            "material.E",
-        )
-    if m.Zm > crack_length:
-        raise SceneError(
-            f"material.Gf = {m.Gf:g}: softening would end at an opening of {m.Zm:.3g} mm, more than the crack's length of "
-            f"{crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm",
-            "material.Gf",
-        )
-
-
-def check_stages(
-    stages: Sequence[Stage], problem: Problem, concrete: Concrete, width: float, missing: Collection[str] = ()
-) -> None:
+def check_stages(stages: Sequence[Stage], problem: Problem, available: float, missing: Collection[str] = ()) -> None:
     """Refuse targets that this body cannot reach.
 
     Parameters
     ----------
-    width : of the crack plane, mm.
+    available : energy that its cracks can dissipate at most, N mm
     missing : gauges of the specimen between the sides of a crack that this mesh does not have.
+
+    Raises
+    ------
+    SceneError
+        Naming the key, its value and what was expected.
     """
-    m = concrete
-    shear = max(1.0, m.r_sigma**2 * m.E / m.G)
-    available = shear * (1.0 + m.ft**2 * width / (2 * m.E * m.Gf)) * problem.energy
     for i, stage in enumerate(stages):
-        _check_gauges(i, stage, missing)
+        for key, names in (("control", [stage.control]), ("until", stage.until or {}), ("unload", stage.unload or {})):
+            for name in names:
+                if name in missing:
+                    raise SceneError(
+                        f"stage.{i}.{key} = '{name}': no crack parts the nodes of this gauge; expected another quantity",
+                        f"stage.{i}.{key}",
+                    )
         if max(stage.targets) > control_of(stage.control).most(available):
             raise SceneError(
                 f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
@@ -67,17 +56,6 @@ def loadings_of(stages: Sequence[Stage], loading: Loading) -> Iterator[Loading]:
     for i, stage in enumerate(stages):
         loading = _check_drives(i, stage, loading)
         yield loading
-
-
-def _check_gauges(i: int, stage: Stage, missing: Collection[str]) -> None:
-    """Refuse a gauge between the sides of a crack that this mesh does not have."""
-    for key, names in (("control", [stage.control]), ("until", stage.until or {}), ("unload", stage.unload or {})):
-        for name in names:
-            if name in missing:
-                raise SceneError(
-                    f"stage.{i}.{key} = '{name}': no crack parts the nodes of this gauge; expected another quantity",
-                    f"stage.{i}.{key}",
-                )
 
 
 def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:
