@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from meshing.errors import one_line
+from meshing.errors import InputError
 
 
-class SceneError(ValueError):
+class SceneError(InputError):
     """A scene that cannot be used; the message names the key, its value and what was expected.
 
     Attributes
@@ -21,22 +21,14 @@ class SceneError(ValueError):
     result: object = None
     finished: Sequence[object] = ()
 
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(one_line(message))
-        self.key = key
 
-
-class ParameterError(ValueError):
+class ParameterError(InputError):
     """A parameter out of its range; the message names it, its value and what was expected.
 
     Attributes
     ----------
     key : name of the parameter
     """
-
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(message)
-        self.key = key
 
 
 class NotConverged(RuntimeError):

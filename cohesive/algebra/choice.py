@@ -119,7 +119,6 @@ class Condensation:
     why: str
 
 
-
 def condense(bulk: Bulk, wanted: str) -> Condensation:
     """Condense the bulk, or do not.
 

@@ -86,7 +86,7 @@ class Search:
             lines = [*([*face, face[0]] for face in self.body.faces), *self.body.slits]
             if not any(self.body.is_on(at, line) for line in lines):
                 key = f"grow.starts.{i}.at"
-                raise SceneError(f"{key} = {list(at)}: expected a point of a face or of a notch", key)
+                raise SceneError.at(key, f" = {list(at)}: expected a point of a face or of a notch")
         starts = [*self.scene.specimen.starts, *given]
         return [Crack(((float(x), float(y)),), (math.atan2(dy, dx),)) for (x, y), (dx, dy) in starts]
 
@@ -124,8 +124,7 @@ class Search:
                     cracks[i] = cracks[i].with_fixed_direction(
                         "the stresses ahead favour no direction", self.segment, self.body, others
                     )
-        raise SceneError(f"grow.segment = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones",
-                         "grow.segment")  # fmt: skip
+        raise SceneError.at("grow.segment", f" = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones")  # fmt: skip
 
     def _without_sliding(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
         """The turn, radians, with which a crack does not slide at the tip of its next segment: by two trials, the first with
@@ -150,7 +149,7 @@ class Search:
         """All cracks with fixed directions, for no tip is critical any more."""
         if all(len(crack.points) == 1 for crack in cracks):
             why = trial.ended or "the stress ahead stays below the strength"
-            raise SceneError(f"specimen.crack = 'grow': no crack starts before the last stage ends, {why}", "specimen.crack")
+            raise SceneError.at("specimen.crack", f" = 'grow': no crack starts before the last stage ends, {why}")
         for i in growing:
             cracks[i] = cracks[i].with_fixed_direction("the run ends first", self.segment, self.body, other_lines(cracks, i))
         return cracks

@@ -109,12 +109,12 @@ class Concrete:
             object.__setattr__(self, name, _triple(name, getattr(self, name)))
         for name in ("onset_cap", "shear_scaling"):
             if not isinstance(getattr(self, name), bool):
-                raise ParameterError(f"{name} = {getattr(self, name)!r}: expected true or false", name)
+                raise ParameterError.at(name, f" = {getattr(self, name)!r}: expected true or false")
         if self.contact not in ("printed", "potential"):
-            raise ParameterError(f"contact = {self.contact!r}: expected 'printed' or 'potential'", "contact")
+            raise ParameterError.at("contact", f" = {self.contact!r}: expected 'printed' or 'potential'")
         if self.contact == "potential" and not self.shear_scaling:
-            raise ParameterError(
-                "shear_scaling = False: contact = 'potential' does not depend on the width; expected True", "shear_scaling"
+            raise ParameterError.at(
+                "shear_scaling", " = False: contact = 'potential' does not depend on the width; expected True"
             )
         object.__setattr__(self, "softening", normalized(self.softening))
         self._follow_curve()
@@ -123,25 +123,23 @@ class Concrete:
             if name == "Zm" and (value is None or isinstance(value, Derived)):
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise ParameterError(f"{name} = {value!r}: expected a finite number", name)
+                raise ParameterError.at(name, f" = {value!r}: expected a finite number")
             if name in _POSITIVE and not value > 0:
-                raise ParameterError(f"{name} = {value!r}: expected a number above 0", name)
+                raise ParameterError.at(name, f" = {value!r}: expected a number above 0")
         if self.fc is not None and not (isinstance(self.fc, (int, float)) and 0 < self.fc < math.inf):
-            raise ParameterError(f"fc = {self.fc!r}: expected a number above 0", "fc")
+            raise ParameterError.at("fc", f" = {self.fc!r}: expected a number above 0")
         if not 0 <= self.nu < 0.5:
-            raise ParameterError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5", "nu")
+            raise ParameterError.at("nu", f" = {self.nu!r}: expected 0 <= nu < 0.5")
         if self.mu_sigma < 0 or self.mu_sigma >= self.r_sigma:
-            raise ParameterError(
-                f"mu_sigma = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}", "mu_sigma"
-            )
+            raise ParameterError.at("mu_sigma", f" = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}")
         for name in ("r_z", "density"):
             if getattr(self, name) < 0:
-                raise ParameterError(f"{name} = {getattr(self, name)!r}: expected a number of at least 0", name)
+                raise ParameterError.at(name, f" = {getattr(self, name)!r}: expected a number of at least 0")
         if min(self.c) <= 0:
-            raise ParameterError(f"c = {list(self.c)}: expected three numbers above 0", "c")
+            raise ParameterError.at("c", f" = {list(self.c)}: expected three numbers above 0")
         if min(self.p) < 0 or abs(sum(self.p) - 1.0) > 1e-9:
-            raise ParameterError(
-                f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}", "p"
+            raise ParameterError.at(
+                "p", f" = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}"
             )
         self._follow_size()
 
@@ -156,9 +154,7 @@ class Concrete:
             for name in ("ft", "Gf"):
                 value = getattr(self, name)
                 if value is None:
-                    raise ParameterError(
-                        f"{name} is missing: expected a number above 0, or softening = {{points = ...}}", name
-                    )
+                    raise ParameterError.at(name, " is missing: expected a number above 0, or softening = {points = ...}")
                 if isinstance(value, Derived):  # from points that have been replaced
                     object.__setattr__(self, name, float(value))
             return
@@ -166,8 +162,8 @@ class Concrete:
             given = getattr(self, name)
             is_given = given is not None and not isinstance(given, Derived)
             if is_given and not (isinstance(given, (int, float)) and abs(given - found) <= _AGREEMENT * found):
-                raise ParameterError(
-                    f"{name} = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}", name
+                raise ParameterError.at(
+                    name, f" = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}"
                 )
             object.__setattr__(self, name, Derived(found))
 
@@ -180,10 +176,10 @@ class Concrete:
         if fixes_strength(self.softening):
             w1 = opening_of_first_branch(curve)
             if not math.isfinite(w1):
-                raise ParameterError(
-                    "Zm is missing: the softening curve rises above its first stress before it falls, which tells nothing of "
-                    "the size of the asperities; expected a length in mm",
+                raise ParameterError.at(
                     "Zm",
+                    " is missing: the softening curve rises above its first stress before it falls, which tells nothing of "
+                    "the size of the asperities; expected a length in mm",
                 )
             length = min(length, self.c1 * w1)
         object.__setattr__(self, "Zm", Derived(length))
@@ -235,16 +231,15 @@ class Concrete:
         SceneError
         """
         if not 1e-6 < self.ft / self.E < 1e-2:
-            raise SceneError(
-                f"material.E = {self.E:g}, material.ft = {self.ft:g}: ft / E = {self.ft / self.E:.1e}; expected about 1e-4, "
-                "both in MPa",
+            raise SceneError.at(
                 "material.E",
+                f" = {self.E:g}, material.ft = {self.ft:g}: ft / E = {self.ft / self.E:.1e}; expected about 1e-4, both in MPa",
             )
         if self.Zm > crack_length:
-            raise SceneError(
-                f"material.Gf = {self.Gf:g}: softening would end at an opening of {self.Zm:.3g} mm, more than the crack's "
-                f"length of {crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm",
+            raise SceneError.at(
                 "material.Gf",
+                f" = {self.Gf:g}: softening would end at an opening of {self.Zm:.3g} mm, more than the crack's "
+                f"length of {crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm",
             )
 
     @classmethod
@@ -287,7 +282,7 @@ def with_preset(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
         For a name that is not in `PRESETS`, or a softening that is none.
     """
     if name not in PRESETS:
-        raise ParameterError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}", "preset")
+        raise ParameterError.at("preset", f" = {name!r}: expected one of {', '.join(PRESETS)}")
     preset = dict(PRESETS[name])
     if fixes_strength(normalized(changes.get("softening", "exponential"))):
         del preset["ft"], preset["Gf"]
@@ -299,7 +294,7 @@ def _triple(name: str, value: object) -> tuple[float, float, float]:
     try:
         a, b, c = (float(x) for x in value)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} = {value!r}: expected three numbers", name) from None
+        raise ParameterError.at(name, f" = {value!r}: expected three numbers") from None
     if not all(map(math.isfinite, (a, b, c))):
-        raise ParameterError(f"{name} = {value!r}: expected three finite numbers", name)
+        raise ParameterError.at(name, f" = {value!r}: expected three finite numbers")
     return a, b, c

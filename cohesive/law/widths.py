@@ -33,7 +33,7 @@ def plane_width(concrete: Concrete, width: float | str | None, crack_length: flo
         return concrete.h
     least, most = 1e-6 * crack_length, max(concrete.h, crack_length)
     if not least <= width <= most:
-        raise SceneError(f"interface.width = {width:g}: expected between {least:.1e} and {most:g} mm", "interface.width")
+        raise SceneError.at("interface.width", f" = {width:g}: expected between {least:.1e} and {most:g} mm")
     return width
 
 

@@ -75,10 +75,10 @@ def read_measured(
         choice = choose(table, x, y, against, motions)
         return _measured(path, table, choice, (x_unit, y_unit), crack_area, content)
     except (TableError, ParameterError) as error:
-        raise SceneError(f"reference.file = {path.name!r}: {error}", "reference.file") from None
+        raise SceneError.at("reference.file", f" = {path.name!r}: {error}") from None
     except OSError as error:
         reason = f"cannot be read: {error.strerror or error}"
-        raise SceneError(f"reference.file = {path.name!r}: {reason}", "reference.file") from None
+        raise SceneError.at("reference.file", f" = {path.name!r}: {reason}") from None
 
 
 def _measured(

@@ -112,5 +112,3 @@ def band_part(
     operator = sp.vstack([part[0] for part in parts]).tocsr()
     where = np.concatenate([part[2] for part in parts])
     return BandPart(law, operator, weights, where, cell, area, width, along, faces)
-
-

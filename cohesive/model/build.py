@@ -53,7 +53,7 @@ def build(
         Naming the key or the entity, its value and what was expected.
     """
     if scene.grow is not None:
-        raise SceneError("specimen.crack = 'grow': the path is not found yet; run(scene) finds it", "specimen.crack")
+        raise SceneError.at("specimen.crack", " = 'grow': the path is not found yet; run(scene) finds it")
     timings: dict[str, float] = {}
     concrete, specimen, options = scene.material, scene.specimen, scene.model
     with _timed(timings, "mesh", on_phase), _keys_named():

@@ -43,7 +43,7 @@ def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements, E: flo
     d, motion = mesh.dimension, dead_motion(mesh, E)
     down = specimen.gravity() or (0.0, -1.0, 0.0)[:d]
     if len(down) != d:
-        raise SceneError(f"specimen.down = {list(down)}: expected {d} numbers", "specimen.down")
+        raise SceneError.at("specimen.down", f" = {list(down)}: expected {d} numbers")
     force = np.zeros(mesh.points.shape)
     for block, density in zip([*elements.elastic, *elements.cracking], elements.densities, strict=True):
         if density.any():

@@ -98,7 +98,7 @@ def condensed(bulk: Bulk, wanted: str) -> Condensation:
     except SceneError:  # which names its own key
         raise
     except ValueError as error:
-        raise SceneError(f"specimen: {error}", "specimen") from None
+        raise SceneError.at("specimen", f": {error}") from None
 
 
 def problem_of(whole: Assembled, condensation: Condensation, held: Boundary, **law: Any) -> Problem:

@@ -84,7 +84,7 @@ class Prepared:
             )
         for key, was, now in _pairs(self.scene, scene):
             if not _are_same(was, now):
-                raise SceneError(f"{key} = {now!r}: the mesh and its stiffness were prepared with {was!r}; expected that", key)
+                raise SceneError.at(key, f" = {now!r}: the mesh and its stiffness were prepared with {was!r}; expected that")
         return scene
 
     def model_of(self, scene: Scene, tangent: str = "consistent") -> Model:

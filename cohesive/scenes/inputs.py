@@ -175,7 +175,7 @@ def _specimen(data: Mapping[str, Any]) -> tuple[str, Specimen]:
     kind = table.pop("kind", None)
     names = ", ".join(SPECIMENS)
     if kind is None:
-        raise SceneError(f"specimen.kind is missing: expected one of {names}", "specimen.kind")
+        raise SceneError.at("specimen.kind", f" is missing: expected one of {names}")
     if isinstance(kind, str) and kind in _RENAMED_KINDS:
         raise refuse("specimen.kind", kind, _RENAMED_KINDS[kind])
     if not isinstance(kind, str) or kind not in SPECIMENS:
@@ -202,7 +202,7 @@ def _sizes(data: Mapping[str, Any], kind: str, specimen: Specimen, material: Con
     """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
     if not specimen.is_sized:
         if "mesh" in data:
-            raise SceneError(f"mesh: a specimen of kind '{kind}' brings its own mesh; expected no [mesh] table", "mesh")
+            raise SceneError.at("mesh", f": a specimen of kind '{kind}' brings its own mesh; expected no [mesh] table")
         return None
     table = table_of(data, "mesh")
     if "crack_size" not in table:
@@ -217,10 +217,10 @@ def _sizes(data: Mapping[str, Any], kind: str, specimen: Specimen, material: Con
 def known(kind: str, what: str, value: T | None) -> T:
     """A value that the keys of a specimen tell; SceneError if they do not."""
     if value is None:
-        raise SceneError(
-            f"specimen.kind = '{kind}': {what} is not known before its mesh is read; expected a kind without a file, "
-            "or the result of a run (result.model)",
+        raise SceneError.at(
             "specimen.kind",
+            f" = '{kind}': {what} is not known before its mesh is read; expected a kind without a file, "
+            "or the result of a run (result.model)",
         )
     return value
 
@@ -237,14 +237,14 @@ def _grow(data: Mapping[str, Any], specimen: Specimen) -> GrowOptions | None:
     if data["specimen"].get("crack") == GROW and specimen.has_outline:
         return build_table(GrowOptions, table_of(data, "grow"), "grow")
     if "grow" in data:
-        raise SceneError("grow: no path is looked for; expected specimen.crack = 'grow' or no such table", "grow")
+        raise SceneError.at("grow", ": no path is looked for; expected specimen.crack = 'grow' or no such table")
     return None
 
 
 def _stages(data: Mapping[str, Any]) -> tuple[Stage, ...]:
     stages = data.get("stage")
     if not isinstance(stages, list) or not stages or not all(isinstance(entry, dict) for entry in stages):
-        raise SceneError("stage is missing or not a list of tables: expected at least one [[stage]]", "stage")
+        raise SceneError.at("stage", " is missing or not a list of tables: expected at least one [[stage]]")
     return tuple(build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages))
 
 
@@ -257,7 +257,7 @@ def _check_file(name: str, find: Callable[[str], Path]) -> None:
         what = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
     except (OSError, ValueError):  # too long a name, or one with a null character
         what = "that can be no name of a file"
-    raise SceneError(f"reference.file = {reprlib.repr(name)}: {what}", "reference.file")
+    raise SceneError.at("reference.file", f" = {reprlib.repr(name)}: {what}")
 
 
 def _check_model(inputs: Inputs) -> None:
@@ -267,36 +267,33 @@ def _check_model(inputs: Inputs) -> None:
         what = f"{' or '.join(map(str, dimensions))} with a {inputs.kind}" if dimensions else "no such key, the mesh tells"
         raise refuse("model.dimension", model.dimension, what)
     if dimensions == (3,) and model.plane == "strain":
-        raise SceneError(f"model.plane = 'strain': a {inputs.kind} is no plane body; expected no such key", "model.plane")
+        raise SceneError.at("model.plane", f" = 'strain': a {inputs.kind} is no plane body; expected no such key")
     if inputs.band.width is not None and (inputs.sizes is None or inputs.band.where == "everywhere"):
         what = "a mesh of your own" if inputs.sizes is None else "band.where = 'everywhere'"
-        raise SceneError(
-            f"band.width = {inputs.band.width:g}: with {what} the elements give it; expected no width", "band.width"
-        )
+        raise SceneError.at("band.width", f" = {inputs.band.width:g}: with {what} the elements give it; expected no width")
     if inputs.sizes is not None and model.kind == "smeared" and inputs.band.where == "path":
         try:
             specimen.check_band(inputs.sizes, dimension=inputs.dimension)
         except MeshError as error:
             raise SceneError(str(error), error.key) from None
     if model.half and model.kind == "smeared":
-        raise SceneError(
-            "model.half = true: the crack band lies on both sides of the crack; expected false with 'smeared'",
-            "model.half",
+        raise SceneError.at(
+            "model.half", " = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
         )
     if model.half and specimen.symmetry() is None:
-        raise SceneError(
-            f"model.half = true: this {inputs.kind} is not symmetric about its crack; expected false, or a symmetric "
-            "specimen with its notch in the middle and the default crack path",
+        raise SceneError.at(
             "model.half",
+            f" = true: this {inputs.kind} is not symmetric about its crack; expected false, or a symmetric "
+            "specimen with its notch in the middle and the default crack path",
         )
     if inputs.grow is not None:
         key = "specimen.crack"
         if inputs.dimension == 3:
-            raise SceneError(f"{key} = '{GROW}': paths are found in the plane only; expected model.dimension = 2", key)
+            raise SceneError.at(key, f" = '{GROW}': paths are found in the plane only; expected model.dimension = 2")
         if model.half:
-            raise SceneError(f"{key} = '{GROW}': a path may leave the plane of symmetry; expected model.half = false", key)
+            raise SceneError.at(key, f" = '{GROW}': a path may leave the plane of symmetry; expected model.half = false")
         if not specimen.starts and not inputs.grow.starts:
-            raise SceneError(f"{key} = '{GROW}': this {inputs.kind} has no notch; expected grow.starts", key)
+            raise SceneError.at(key, f" = '{GROW}': this {inputs.kind} has no notch; expected grow.starts")
 
 
 def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:
@@ -311,7 +308,7 @@ def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:
     check_known(prefix + ".", table, known)
     for name, each in known.items():
         if each.default is MISSING and each.default_factory is MISSING and name not in table:
-            raise SceneError(f"{prefix}.{name} is missing", f"{prefix}.{name}")
+            raise SceneError.at(f"{prefix}.{name}", " is missing")
     hints = typing.get_type_hints(cls)
     for name, value in table.items():
         allowed = alternatives(hints[known[name].name])
@@ -345,7 +342,7 @@ def table_of(data: Mapping[str, Any], name: str, required: bool = False) -> dict
     """A copy of a table of the scene; empty if it has none."""
     table = data.get(name, {})
     if not isinstance(table, dict):
-        raise SceneError(f"{name} = {table!r}: expected a table [{name}]", name)
+        raise SceneError.at(name, f" = {table!r}: expected a table [{name}]")
     if required and name not in data:
         raise SceneError(f"[{name}] is missing", name)
     return dict(table)
@@ -359,5 +356,5 @@ def check_known(prefix: str, table: Mapping[str, Any], names: Iterable[str]) -> 
             continue
         old = f"{prefix.split('.')[0]}.{key}"
         if old in _RENAMED:
-            raise SceneError(f"{prefix}{key}: this key is gone; expected {_RENAMED[old]}", f"{prefix}{key}")
-        raise SceneError(f"{prefix}{key}: unknown key{hint(key, names)}; expected one of {', '.join(names)}", f"{prefix}{key}")
+            raise SceneError.at(f"{prefix}{key}", f": this key is gone; expected {_RENAMED[old]}")
+        raise SceneError.at(f"{prefix}{key}", f": unknown key{hint(key, names)}; expected one of {', '.join(names)}")

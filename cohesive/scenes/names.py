@@ -17,7 +17,7 @@ from ..solver.stages import Stage
 
 def refuse(key: str, value: Any, expected: str) -> SceneError:
     """The error for a key whose value is not what was expected."""
-    return SceneError(f"{key} = {reprlib.repr(value)}: expected {expected}", key)
+    return SceneError.at(key, f" = {reprlib.repr(value)}: expected {expected}")
 
 
 def hint(word: str, names: Iterable[str]) -> str:
@@ -26,9 +26,7 @@ def hint(word: str, names: Iterable[str]) -> str:
     return f" (did you mean '{close[0]}'?)" if close else ""
 
 
-def check_names(
-    kind: str, gauges: Sequence[str], stages: Sequence[Stage], curve: Any, columns: Sequence[Column]
-) -> None:
+def check_names(kind: str, gauges: Sequence[str], stages: Sequence[Stage], curve: Any, columns: Sequence[Column]) -> None:
     """Refuse names that mean something else, or nothing: of gauges, controls, quantities to watch, and columns to draw.
 
     Raises
@@ -38,10 +36,10 @@ def check_names(
     """
     for name in gauges:
         if name != MAIN_GAUGE and (name in COLUMN_NAMES or name == LOAD_RATIO or name in CONTROLS):
-            raise SceneError(
-                f"specimen.gauges: a gauge of this {kind} is called '{name}', which every run has as a column or a control; "
-                "expected another name",
+            raise SceneError.at(
                 "specimen.gauges",
+                f": a gauge of this {kind} is called '{name}', which every run has as a column or a control; "
+                "expected another name",
             )
     controls = [*CONTROLS, *(name for name in gauges if name not in CONTROLS)]
     for i, stage in enumerate(stages):

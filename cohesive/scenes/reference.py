@@ -60,7 +60,6 @@ def _motions_of(scene: Scene) -> list[str]:
 
 def _check_motion(against: str, motions: Sequence[str]) -> None:
     if against not in motions:
-        raise SceneError(
-            f"reference.against = {against!r}: expected a column of the history in mm: {', '.join(motions)}",
-            "reference.against",
+        raise SceneError.at(
+            "reference.against", f" = {against!r}: expected a column of the history in mm: {', '.join(motions)}"
         )

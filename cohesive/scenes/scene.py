@@ -187,7 +187,7 @@ def _plain(value: Any, key: str = "", depth: int = 0) -> Any:
         For what no scene holds: levels without end, and whole numbers that are no floating-point numbers.
     """
     if depth > _DEEPEST:
-        raise SceneError(f"{key}: it is nested more than {_DEEPEST} levels deep; expected the tables of a scene", key)
+        raise SceneError.at(key, f": it is nested more than {_DEEPEST} levels deep; expected the tables of a scene")
     if isinstance(value, Mapping):
         return {name: _plain(entry, f"{key}.{name}" if key else f"{name}", depth + 1) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):
@@ -195,11 +195,11 @@ def _plain(value: Any, key: str = "", depth: int = 0) -> Any:
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
     if isinstance(value, int) and value.bit_length() > _MOST_BITS:
-        raise SceneError(f"{key}: a whole number of about {value.bit_length() * 0.30103:.0f} digits; expected fewer", key)
+        raise SceneError.at(key, f": a whole number of about {value.bit_length() * 0.30103:.0f} digits; expected fewer")
     return value
 
 
 def _item(key: str, place: Any, part: str) -> Any:
     if isinstance(place, list) and part.isdecimal() and len(part) < _MOST_DIGITS and int(part) < len(place):
         return place[int(part)]
-    raise SceneError(f"{key}: there is no such key in the scene", key)
+    raise SceneError.at(key, ": there is no such key in the scene")

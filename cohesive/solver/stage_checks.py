@@ -31,17 +31,16 @@ def check_stages(stages: Sequence[Stage], problem: Problem, available: float, mi
         for key, names in (("control", [stage.control]), ("until", stage.until or {}), ("unload", stage.unload or {})):
             for name in names:
                 if name in missing:
-                    raise SceneError(
-                        f"stage.{i}.{key} = '{name}': no crack parts the nodes of this gauge; expected another quantity",
-                        f"stage.{i}.{key}",
+                    raise SceneError.at(
+                        f"stage.{i}.{key}", f" = '{name}': no crack parts the nodes of this gauge; expected another quantity"
                     )
         if max(stage.targets) > control_of(stage.control).most(available):
-            raise SceneError(
-                f"stage.{i}.to = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
+            raise SceneError.at(
                 f"stage.{i}.to",
+                f" = {max(stage.targets):g}: the crack can dissipate {available:.4g} N mm at most; expected less",
             )
     if stages[0].targets[0] == 0:
-        raise SceneError("stage.0.to = 0: the run starts there; expected another first target", "stage.0.to")
+        raise SceneError.at("stage.0.to", " = 0: the run starts there; expected another first target")
     _check_first_control(stages[0], problem)
 
 
@@ -63,22 +62,19 @@ def _check_drives(i: int, stage: Stage, loading: Loading) -> Loading:
     for key, names in (("drive", [stage.drive]), ("others", list(stage.others or {}))):
         for name in names:
             if name is not None and name not in loading.names:
-                raise SceneError(
-                    f"stage.{i}.{key}: the specimen has no drive '{name}'; it has {', '.join(loading.names)}",
-                    f"stage.{i}.{key}",
+                raise SceneError.at(
+                    f"stage.{i}.{key}", f": the specimen has no drive '{name}'; it has {', '.join(loading.names)}"
                 )
     moved = loading.active if stage.drive is None else stage.drive
     if moved in (stage.others or {}):
-        raise SceneError(
-            f"stage.{i}.others: the stage moves drive '{moved}' itself; expected the others, or another drive",
-            f"stage.{i}.others",
+        raise SceneError.at(
+            f"stage.{i}.others", f": the stage moves drive '{moved}' itself; expected the others, or another drive"
         )
     loading = loading.after(stage.drive, stage.others or {}, np.zeros(loading.count))
     for key in ("angle", "hold"):
         if (value := getattr(stage, key)) is not None and not loading.moved.is_platen:
-            raise SceneError(
-                f"stage.{i}.{key} = {value!r}: this specimen is driven in one direction; expected no {key}",
-                f"stage.{i}.{key}",
+            raise SceneError.at(
+                f"stage.{i}.{key}", f" = {value!r}: this specimen is driven in one direction; expected no {key}"
             )
     return loading.turned(stage.angle, stage.hold)
 
@@ -92,8 +88,8 @@ def _check_first_control(first: Stage, problem: Problem) -> None:
         return
     elastic = problem.response(problem.point_law.elastic())
     if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
-        raise SceneError(
-            f"stage.0.control = '{first.control}': the drive does not change it while the body is elastic; expected a "
-            "gauge for the specimen (without one the mean jump over the crack is measured), or another control",
+        raise SceneError.at(
             "stage.0.control",
+            f" = '{first.control}': the drive does not change it while the body is elastic; expected a "
+            "gauge for the specimen (without one the mean jump over the crack is measured), or another control",
         )

@@ -108,7 +108,7 @@ def mesh_block(
         Naming the key of sizes that does not fit, or the point outside the body.
     """
     if sizes.has_quads:
-        raise MeshError(f"mesh.shape = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'", "mesh.shape")
+        raise MeshError.at("mesh.shape", f" = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'")
     half = np.array(sides) / 2
     check_not_layered(sizes)
     check_count("crack_size", sizes.crack_size, "on the crack", crack.area(half), 2, _MOST_ON_CRACK)

@@ -352,7 +352,7 @@ class PlaneSpecimen(Specimen):
 def expect(specimen: object, name: str, holds: bool, expected: str) -> None:
     """A MeshError that names a key, its value and what was expected, if the latter does not hold."""
     if not holds:
-        raise MeshError(f"{name} = {getattr(specimen, name)!r}: expected {expected}", name)
+        raise MeshError.at(name, f" = {getattr(specimen, name)!r}: expected {expected}")
 
 
 def polylines(crack: Any) -> list[Line]:
@@ -370,7 +370,7 @@ def polylines(crack: Any) -> list[Line]:
             return list(lines)
     except (TypeError, ValueError, IndexError, KeyError):
         pass
-    raise MeshError(f"crack = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists", "crack")
+    raise MeshError.at("crack", f" = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists")
 
 
 def without_repeats(corners: Sequence[Point]) -> list[Point]:
