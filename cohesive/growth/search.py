@@ -124,7 +124,8 @@ class Search:
                     cracks[i] = cracks[i].with_fixed_direction(
                         "the stresses ahead favour no direction", self.segment, self.body, others
                     )
-        raise SceneError.at("grow.segment", f" = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones")  # fmt: skip
+        says = f" = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones"
+        raise SceneError.at("grow.segment", says)
 
     def _without_sliding(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
         """The turn, radians, with which a crack does not slide at the tip of its next segment: by two trials, the first with
@@ -239,14 +240,19 @@ class Search:
     def _found(self, lines: list[Line], vertices: list[Vertex], notes: list[str], clock: float) -> FoundPath:
         seconds = time.perf_counter() - clock
         passes = sum(trial.is_whole for trial in self.trials)
-        meshing = sum(trial.timings["mesh"] for trial in self.trials)
+        meshing = sum(trial.mesh_seconds for trial in self.trials)
         if self.trials:
             notes = [*notes, f"path: {len(self.trials) - passes} trials and {passes} passes in {seconds:.2g} s, "
                      f"{100 * meshing / seconds:.0f} % of it meshing"]  # fmt: skip
         return FoundPath(
-            lines, [trial.lines for trial in self.trials], vertices, list(self.body.faces), list(self.body.slits), notes,
-            seconds, meshing,
-        )  # fmt: skip
+            lines,
+            [trial.lines for trial in self.trials],
+            vertices,
+            list(self.body.faces),
+            list(self.body.slits),
+            notes,
+            seconds,
+        )
 
 
 def _movement(new: Crack, old: Crack) -> float:
