@@ -329,9 +329,12 @@ class PlaneSpecimen(Specimen):
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
-        if dimension == 3:
-            return mesh_prism_band(self.outline(), sizes, width, self.thickness)
-        return mesh_band(self.outline(), sizes, width)
+        outline = self.band_outline(width)
+        return mesh_prism_band(outline, sizes, width, self.thickness) if dimension == 3 else mesh_band(outline, sizes, width)
+
+    def band_outline(self, width: float) -> Outline:
+        """The geometry for a crack band of `width` (mm)."""
+        return self.outline()
 
     def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:
         """Extruded bands are of first order."""

@@ -64,12 +64,8 @@ def drives_of(one: Any, several: Any) -> dict[str, Drive]:
 
 def gauges_of(given: Any) -> dict[str, Gauge]:
     """{name = {plus, minus(, direction)}}"""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping) or not given:
-        raise MeshError.at("gauges", f" = {given!r}: expected {{name = {{plus = ..., minus = ..., direction = [x, y]}}}}")
     gauges: dict[str, Gauge] = {}
-    for name, entry in given.items():
+    for name, entry in _entries("gauges", given, "{name = {plus = ..., minus = ..., direction = [x, y]}}").items():
         if not _is_name(name) or name == MAIN_GAUGE:
             raise MeshError.at("gauges", f": a gauge is called {name!r}; expected {_NAME}, and not '{MAIN_GAUGE}'")
         key = f"gauges.{name}"
@@ -82,17 +78,21 @@ def gauges_of(given: Any) -> dict[str, Gauge]:
 
 def regions_of(given: Any) -> dict[str, Region]:
     """{name = {E, nu(, density)}}"""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping) or not given:
-        raise MeshError.at("regions", f" = {given!r}: expected {{name = {{E = ..., nu = ...}}}}")
-    for name, entry in given.items():
+    entries = _entries("regions", given, "{name = {E = ..., nu = ...}}")
+    for name, entry in entries.items():
         _check_entry(f"regions.{name}", entry, {"E", "nu"}, {"density"}, "{E = ..., nu = ...}")
         _check_number(f"regions.{name}.E", entry["E"], lambda E: E > 0, "a number above 0, in MPa")
         _check_number(f"regions.{name}.nu", entry["nu"], lambda nu: 0 <= nu < 0.5, "a number of at least 0 and below 0.5")
         if "density" in entry:
             _check_number(f"regions.{name}.density", entry["density"], lambda d: d >= 0, "a number of at least 0, in kg/m^3")
-    return {name: Region(**entry) for name, entry in given.items()}
+    return {name: Region(**entry) for name, entry in entries.items()}
+
+
+def _entries(key: str, given: Any, expected: str) -> Mapping[str, Any]:
+    """A table of entries by name; empty without one."""
+    if given is not None and (not isinstance(given, Mapping) or not given):
+        raise MeshError.at(key, f" = {given!r}: expected {expected}")
+    return given or {}
 
 
 def pressures_of(given: Any) -> list[Pressure]:
