@@ -79,10 +79,10 @@ def _distance_along(start: Array, heading: Array, line: Array, slack: float) -> 
     """Distance from a start to a polyline (k, 2) along a heading, mm; None if the line does not meet it."""
     across = np.array([-heading[1], heading[0]])
     along, off = (line - start) @ heading, (line - start) @ across
-    found = [float(t) for t, o in zip(along, off, strict=True) if abs(o) < slack and t > slack]  # its corners
+    distances = [float(t) for t, o in zip(along, off, strict=True) if abs(o) < slack and t > slack]  # its corners
     for (t0, o0), (t1, o1) in pairwise(zip(along, off, strict=True)):
         if (o0 < 0) != (o1 < 0) and abs(o1 - o0) > slack:
             t = float(t0 + (t1 - t0) * o0 / (o0 - o1))
             if t > slack:
-                found.append(t)
-    return min(found, default=None)
+                distances.append(t)
+    return min(distances, default=None)

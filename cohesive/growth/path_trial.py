@@ -147,8 +147,8 @@ def _march(trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene
 
 def _slide(probe: Probe, where: Array, values: dict[str, Array]) -> float:
     """Sliding over opening of the crack behind a tip, within the radius of its probe."""
-    way = where - np.asarray(probe.tip)
-    behind = (np.hypot(*way.T) < probe.radius) & (way @ unit(probe.heading) < 0)
+    offset = where - np.asarray(probe.tip)
+    behind = (np.hypot(*offset.T) < probe.radius) & (offset @ unit(probe.heading) < 0)
     opening = float(values["opening"][behind].sum())
     return float(values["sliding"][behind].sum()) / opening if opening > 0 else math.nan
 

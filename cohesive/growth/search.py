@@ -50,9 +50,9 @@ def find_path(scene: Scene) -> FoundPath:
     return Search(scene).find()
 
 
-def found_scene(scene: Scene, found: FoundPath) -> Scene:
+def found_scene(scene: Scene, path: FoundPath) -> Scene:
     """The scene with the found paths, which runs without the search."""
-    lines = [[list(point) for point in line] for line in found.lines]
+    lines = [[list(point) for point in line] for line in path.lines]
     return scene.without_search(lines[0] if len(lines) == 1 else lines)
 
 
@@ -189,11 +189,11 @@ class Search:
                 is_clear = critical is not None and probe.is_clear(critical.reading, turn, stress)
                 old = crack.headings[len(headings[-1]) + 1]
                 headings[-1].append(old + _RELAXATION * (probe.heading + turn - old) if is_clear else None)
-        found: dict[int, Crack] = {}
+        regrown: dict[int, Crack] = {}
         for i in sorted(range(len(cracks)), key=lambda i: cracks[i].end == "another crack"):
-            others: list[Line] = [list(other.points) for other in found.values()]
-            found[i] = self._regrown(cracks[i], headings[i], others)
-        return [found[i] for i in range(len(cracks))]
+            others: list[Line] = [list(other.points) for other in regrown.values()]
+            regrown[i] = self._regrown(cracks[i], headings[i], others)
+        return [regrown[i] for i in range(len(cracks))]
 
     def _regrown(self, crack: Crack, headings: Sequence[float | None], others: list[Line]) -> Crack:
         """A crack from its start with other headings; one that is None stays as it was, the last keep their directions."""
@@ -263,7 +263,7 @@ def _movement(new: Crack, old: Crack) -> float:
 
 def _vertices(cracks: Sequence[Crack], trial: PathTrial) -> list[Vertex]:
     """The points of the paths as the last run saw them."""
-    found = []
+    vertices = []
     readings = iter(zip(trial.probes, trial.critical, trial.at_peak, strict=True))
     for number, crack in enumerate(cracks, start=1):
         for i, (x, y) in enumerate(crack.points[:-1]):
@@ -278,8 +278,8 @@ def _vertices(cracks: Sequence[Crack], trial: PathTrial) -> list[Vertex]:
             early = probe.heading + turn if probe.is_clear(at_peak, turn, stress) else nan
             is_fixed = crack.fixed_from is not None and i >= crack.fixed_from
             path, *told = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
-            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, is_fixed))
-    return found
+            vertices.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, is_fixed))
+    return vertices
 
 
 def _difference(a: float, b: float) -> float:

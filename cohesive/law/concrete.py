@@ -158,14 +158,14 @@ class Concrete:
                 if isinstance(value, Derived):  # from points that have been replaced
                     object.__setattr__(self, name, float(value))
             return
-        for name, found in zip(("ft", "Gf"), strength_and_energy(self.softening), strict=True):
+        for name, derived in zip(("ft", "Gf"), strength_and_energy(self.softening), strict=True):
             given = getattr(self, name)
             is_given = given is not None and not isinstance(given, Derived)
-            if is_given and not (isinstance(given, (int, float)) and abs(given - found) <= _AGREEMENT * found):
+            if is_given and not (isinstance(given, (int, float)) and abs(given - derived) <= _AGREEMENT * derived):
                 raise ParameterError.at(
-                    name, f" = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}"
+                    name, f" = {given!r}: the softening curve has {derived:.9g}; expected that, or no {name}"
                 )
-            object.__setattr__(self, name, Derived(found))
+            object.__setattr__(self, name, Derived(derived))
 
     def _follow_size(self) -> None:
         """Zm of the curve, which is made and checked here, if it was not given."""

@@ -34,7 +34,7 @@ class Measured:
     against : what x is: "cmod", "opening", "deflection", "driven" or another motion; empty if nobody said
     x_unit, y_unit : the units that the file or the scene names; empty if nobody said and mm and N were taken
     notes : remarks of the reading, one sentence each, `doubt` among them
-    doubt : why its numbers cannot be meant, with the key that mends it; empty if nothing speaks against them
+    doubt : why its numbers cannot be meant, with the key that corrects it; empty if nothing speaks against them
     content : the file as it was read
     """
 

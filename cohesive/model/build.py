@@ -61,8 +61,10 @@ def build(
     with _timed(timings, "assemble", on_phase), _keys_named():
         elements = Elements.from_mesh(scene, mesh)
         cracks = _cracks(scene, mesh, elements)
-        held = boundary(specimen, mesh, options.plane, options.half)
-        check_supports(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
+        constraints = boundary(specimen, mesh, options.plane, options.half)
+        check_supports(
+            mesh, constraints, loadings_of(scene.stages, Loading.from_drives(constraints.drives, len(constraints.motions)))
+        )
         dead = None if kept is not None else dead_loads(specimen, mesh, elements, concrete.E / elements.unit)
         is_loaded = dead is not None if kept is None else kept.problem.dead_factor > 0
         area = cracks.area or mesh.extent * (specimen.thickness or mesh.extent)  # if nothing tells, its order
@@ -75,12 +77,12 @@ def build(
             "dead_factor": dead_motion(mesh, concrete.E) if is_loaded else 0.0,
         }
         notes = _notes(scene, mesh, cracks)
-        whole = assembled(scene, mesh, elements, cracks, held, dead) if kept is None else None
+        whole = assembled(scene, mesh, elements, cracks, constraints, dead) if kept is None else None
     with _timed(timings, "condense", on_phase):
         if kept is None:
             assert whole is not None
             condensation, total = condensed(whole.bulk, scene.solver.condensation), whole.total_dofs
-            with_law = partial(problem_of, whole, condensation, held)
+            with_law = partial(problem_of, whole, condensation, constraints)
         else:
             condensation, total, with_law = kept.condensation, kept.total_dofs, partial(replace, kept.problem)
         problem = with_law(stiffness=condensation.stiffness.scaled(elements.unit), **law)
@@ -127,17 +129,17 @@ def _cracks(scene: Scene, mesh: CrackedMesh, elements: Elements) -> CrackPart:
 
 def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
     """What the reader of the results should know about the model."""
-    found = mesh.remarks
+    notes = mesh.remarks
     if mesh.crack is None and (warning := band_note(scene.material, cracks.width)):
-        found.append(warning)
+        notes.append(warning)
     if (
         scene.sizes is None
         and cracks.area
         and (coarse := path_size_note(mesh, scene.material, scene.specimen.crack_length_of(cracks.area)))
     ):
-        found.append(coarse)
+        notes.append(coarse)
     if scene.specimen.is_off_the_notch():
-        found.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
+        notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
     if scene.sizes is None and (length := mesh.crack_front):
-        found.append(f"the crack surface ends inside the body along {length:.4g} mm of its edge; there is the front")
-    return found
+        notes.append(f"the crack surface ends inside the body along {length:.4g} mm of its edge; there is the front")
+    return notes

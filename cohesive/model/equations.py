@@ -46,7 +46,7 @@ class Assembled:
 
 
 def assembled(
-    scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: CrackPart, held: Boundary, dead: Array | None
+    scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: CrackPart, constraints: Boundary, dead: Array | None
 ) -> Assembled:
     """The bulk with its unknowns, its dead loads and its measures.
 
@@ -62,7 +62,9 @@ def assembled(
     half, representative = scene.model.half, mesh.representative
     rows = measures(scene.specimen, half, mesh, cracks.faces)
     try:
-        unknowns = Unknowns.from_constraints(representative, held.supports, held.motions, held.mirror, int(dead is not None))
+        unknowns = Unknowns.from_constraints(
+            representative, constraints.supports, constraints.motions, constraints.mirror, int(dead is not None)
+        )
     except ValueError as error:
         raise SceneError(f"specimen.{error}", "specimen") from None
     K = bulk_stiffness(elements.of_unit, mesh.points.size)
@@ -101,7 +103,7 @@ def condensed(bulk: Bulk, wanted: str) -> Condensation:
         raise SceneError.at("specimen", f": {error}") from None
 
 
-def problem_of(whole: Assembled, condensation: Condensation, held: Boundary, **law: Any) -> Problem:
+def problem_of(whole: Assembled, condensation: Condensation, constraints: Boundary, **law: Any) -> Problem:
     """The equations on the unknowns that are left.
 
     Parameters
@@ -112,10 +114,10 @@ def problem_of(whole: Assembled, condensation: Condensation, held: Boundary, **l
     number = np.full(bulk.unknowns.transform.shape[1], -1)
     number[at] = np.arange(len(at))
     drives = number[bulk.unknowns.drives]
-    loads, springs = dict(held.drives), (held.acting, held.later)
+    loads, springs = dict(constraints.drives), (constraints.acting, constraints.later)
     if bulk.dead is not None:
         loads[DEAD] = Actuator((len(drives) - 1,))
-        springs = (np.append(held.acting, 0.0), np.append(held.later, 0.0))
+        springs = (np.append(constraints.acting, 0.0), np.append(constraints.later, 0.0))
     return Problem(
         operator=CrackOperator.from_matrix(bulk.operator[:, at].tocsr(), whole.weights, whole.where),
         drives=drives,

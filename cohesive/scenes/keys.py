@@ -51,13 +51,13 @@ def keys_of_table(table: str, cls: type) -> Iterator[Key]:
 
 def scene_keys(kind: str | None = None) -> list[Key]:
     """All keys of a scene, those of [specimen] for one kind, or none if no kind is named."""
-    found = [Key("", "title", "string", "", "untitled", "", "title of the figures and the summary")]
-    found.append(Key("specimen", "kind", "string", "", "", " or ".join(map(repr, SPECIMENS)), "kind of the specimen", True))
+    keys = [Key("", "title", "string", "", "untitled", "", "title of the figures and the summary")]
+    keys.append(Key("specimen", "kind", "string", "", "", " or ".join(map(repr, SPECIMENS)), "kind of the specimen", True))
     if kind is not None:
-        found += keys_of_table("specimen", SPECIMENS[kind])
+        keys += keys_of_table("specimen", SPECIMENS[kind])
     for table, cls in TABLES.items():
-        found += keys_of_table(table, cls)
-    return found
+        keys += keys_of_table(table, cls)
+    return keys
 
 
 def specimen_kinds() -> list[str]:

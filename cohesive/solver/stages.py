@@ -12,7 +12,7 @@ from meshing.keys import key
 
 from ..errors import ParameterError
 from .controls import control_of
-from .loading import WAYS
+from .loading import MODES
 
 #: steps to a target that a run may ask for
 MOST_STEPS = 1_000_000
@@ -92,7 +92,7 @@ class Stage:
         if self.steps is not None and self.step is not None:
             raise ParameterError.at("steps", f" = {self.steps}, step = {self.step}: expected one of the two")
         if self.others is not None and not (
-            isinstance(self.others, dict) and all(isinstance(way, str) and way in WAYS for way in self.others.values())
+            isinstance(self.others, dict) and all(isinstance(mode, str) and mode in MODES for mode in self.others.values())
         ):
             raise _refused("others", self.others, "{name of a drive = 'force' or 'motion' or 'free'}")
         if self.others and self.drive in self.others:

@@ -142,7 +142,7 @@ class LoadStepper(Resumable):
         self.problem = replace(self.problem, loading=loading)
         self._slack.clear()  # `driven` and the load are now those of another motion
         for name in loading.names:
-            if loading.drives[name].way == "free" != before.drives[name].way:
+            if loading.drives[name].mode == "free" != before.drives[name].mode:
                 self._note_drop(number, before.force(name, forces), f"of drive '{name}'")
         if loading.moved.is_free_across and not np.isfinite(self.problem.springs.rest[loading.moved.motions[0]]):
             self._let_go(state, number)
@@ -164,7 +164,7 @@ class LoadStepper(Resumable):
             )
 
     def _returns(self, number: int, target: float) -> bool:
-        """Whether a separated crack is closed again, or slid, by what is still to come, the rest of this way included."""
+        """Whether a separated crack is closed again, or slid, by what is still to come, the rest of the path included."""
         moved = self.problem.loading.moved
         if moved.is_platen and (moved.hold or self.problem.springs.stiffness[moved.motions[0]]):
             return True  # both parts are held by a platen

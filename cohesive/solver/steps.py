@@ -51,7 +51,7 @@ class Resumable:
 
 
 def next_size(problem: Problem, size: float, iterations: int, nominal: float, growth: float = 1.0) -> float:
-    """Size of the step after one that took so many iterations.
+    """Size of the step after one, from its number of iterations.
 
     Parameters
     ----------

@@ -218,15 +218,15 @@ class TargetPath(Resumable):
 
     def _trace_back(self) -> list[Step]:
         """Steps by dissipation over a snap-back, none if they fail."""
-        way = WayBack(self.problem, self._control, self._direction, self.target, self._nominal, self._locate)
-        steps = way.follow(self.state)
-        if steps and way.furthest < way.start:
-            here, there = (self._direction * value for value in (way.start, way.furthest))
+        back = WayBack(self.problem, self._control, self._direction, self.target, self._nominal, self._locate)
+        steps = back.follow(self.state)
+        if steps and back.furthest < back.start:
+            here, there = (self._direction * value for value in (back.start, back.furthest))
             self.notes.append(
                 f"stage {self.number}: {self.stage.control} goes back from {here:.5g} to {there:.5g}, "
                 f"followed by {len(steps)} steps of dissipation"
             )
-        self.is_reached = way.is_reached
+        self.is_reached = back.is_reached
         return [Step(trial, cuts, "dissipation", trial.state.dissipated, self.number) for trial, cuts in steps]
 
     def _locate(self, before: State, after: State) -> tuple[float, bool]:
