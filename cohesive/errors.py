@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from meshing.errors import one_line
-
-
-class WithKey(Exception):
-    """An error whose message is about one key, or none."""
-
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(message)
-        self.key = key
+from meshing.errors import InputError
 
 
 class EndsRun(BaseException):
@@ -23,7 +15,7 @@ class EndsRun(BaseException):
     finished: Sequence[object] = ()
 
 
-class SceneError(EndsRun, WithKey, ValueError):
+class SceneError(EndsRun, InputError):
     """A scene that cannot be used; the message names the key, its value and what was expected.
 
     Attributes
@@ -33,11 +25,8 @@ class SceneError(EndsRun, WithKey, ValueError):
     finished : the runs that were finished before, if several were asked for.
     """
 
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(one_line(message), key)
 
-
-class ParameterError(WithKey, ValueError):
+class ParameterError(InputError):
     """A parameter out of its range; the message names it, its value and what was expected.
 
     Attributes
@@ -46,7 +35,7 @@ class ParameterError(WithKey, ValueError):
     """
 
 
-class NotConverged(EndsRun, WithKey, RuntimeError):
+class NotConverged(EndsRun, RuntimeError):
     """A step that did not converge.
 
     Attributes
@@ -55,6 +44,10 @@ class NotConverged(EndsRun, WithKey, RuntimeError):
     result : everything computed before the step, once `run` has passed the error on.
     finished : the runs that were finished before, if several were asked for.
     """
+
+    def __init__(self, message: str = "", key: str = "") -> None:
+        super().__init__(message)
+        self.key = key
 
 
 class PointFailure(NotConverged):

@@ -78,7 +78,7 @@ def run(
     if found is not None:
         scene = found_scene(scene, found)
     reference = load_reference(scene)
-    built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent, on_phase)
+    built = build(scene, tangent, on_phase, model.model if isinstance(model, Prepared) else None)
     with notebook_progress(scene.stages) if on_step is None else nullcontext(on_step) as then:
         return _march(scene, built, reference, tangent, output, then, found=found)
 

@@ -10,7 +10,7 @@ from typing import Any
 from ..errors import SceneError
 from ..measured.columns import MOTIONS
 from ..measured.curve import Measured
-from ..scenes.checks import build_table
+from ..scenes.inputs import build_table
 from ..scenes.reference import load_reference, read_with
 from ..scenes.scene import Scene
 from ..scenes.tables import ReferenceOptions

@@ -14,7 +14,7 @@ from ..law.concrete import PRESETS, Concrete
 from ..law.crack_plane import CrackPlane
 from ..law.softening import SOFTENING
 from ..law.softening_choice import softening_name
-from ..model.interface import default_width
+from ..law.widths import default_width
 from ..results.files import make_folder, write_file, write_table
 from .common import Commands, add_set, assignments
 

@@ -120,9 +120,8 @@ def _components(mesh: CrackedMesh, key: str, vector: Direction) -> Direction:
     """A vector, refused if it has not as many components as the mesh has dimensions."""
     if len(vector) != mesh.dimension:
         kind, expected = ("solid", "three") if mesh.dimension == 3 else ("plane", "two")
-        raise SceneError(
-            f"specimen.{key} = {[round(c, 6) for c in vector]}: the mesh is {kind}; expected {expected} numbers",
-            f"specimen.{key}",
+        raise SceneError.at(
+            f"specimen.{key}", f" = {[round(c, 6) for c in vector]}: the mesh is {kind}; expected {expected} numbers"
         )
     return vector
 
@@ -132,14 +131,13 @@ def nodes_at(mesh: CrackedMesh, key: str, at: Location) -> Index:
     if isinstance(at, str):
         if at not in mesh.sets:
             names = ", ".join(sorted(mesh.sets)) or "none"
-            raise SceneError(f"specimen.{key} = {at!r}: the mesh has no such set; it has {names}", f"specimen.{key}")
+            raise SceneError.at(f"specimen.{key}", f" = {at!r}: the mesh has no such set; it has {names}")
         return np.asarray(mesh.sets[at])
     _components(mesh, key, at)
     distance = np.linalg.norm(mesh.points - np.asarray(at), axis=1)
     size = float(np.ptp(mesh.points, axis=0).max())
     if distance.min() > 1e-6 * size:
-        raise SceneError(
-            f"specimen.{key} = {list(at)}: the nearest node is {distance.min():.3g} mm away; expected a node there",
-            f"specimen.{key}",
+        raise SceneError.at(
+            f"specimen.{key}", f" = {list(at)}: the nearest node is {distance.min():.3g} mm away; expected a node there"
         )
     return np.flatnonzero(distance < 1e-6 * size)

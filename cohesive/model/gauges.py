@@ -66,9 +66,7 @@ def _opening_and_sliding(gauge: Gauge, mesh: CrackedMesh, faces: Interface | Non
     """Of the main gauge."""
     motion = _relative_motion(gauge, mesh, faces, "gauge")
     if motion is None:
-        raise SceneError(
-            "specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places", "specimen.gauge_minus"
-        )
+        raise SceneError.at("specimen.gauge_minus", ", specimen.gauge_plus: both name the same nodes; expected two places")
     return dict(zip(("opening", "sliding"), motion, strict=True))
 
 
@@ -129,5 +127,5 @@ def _normal(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None, apart: Arr
     length = np.hypot.reduce(mean)
     if length < 1e-9:
         expected = "leave the gauge out" if key == "gauge" else "give it a direction"
-        raise SceneError(f"specimen.{key}: the crack has no mean normal to measure along; {expected}", f"specimen.{key}")
+        raise SceneError.at(f"specimen.{key}", f": the crack has no mean normal to measure along; {expected}")
     return np.asarray((-1.0 if mean @ apart < 0 else 1.0) * mean / length)

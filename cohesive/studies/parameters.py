@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ..errors import SceneError
-from ..model.interface import default_width
+from ..law.widths import default_width
 from ..scenes.scene import Scene
 from ..solver.controls import control_of
 from ..solver.stages import Stage

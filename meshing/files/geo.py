@@ -23,16 +23,16 @@ def read_outline(path: Path) -> Outline:
         If there is no such file, gmsh does not read it, or its geometry is not one face without holes.
     """
     if not path.is_file():
-        raise MeshError(f"file = '{path}': there is no such file", "file")
+        raise MeshError.at("file", f" = '{path}': there is no such file")
     with session() as gmsh:
         gmsh.open(str(path))
         faces = gmsh.model.getEntities(2)
         if len(faces) != 1:
-            raise MeshError(f"file = '{path}': it has {len(faces)} faces; expected one", "file")
+            raise MeshError.at("file", f" = '{path}': it has {len(faces)} faces; expected one")
         curves = [tag for _, tag in gmsh.model.getBoundary(faces, oriented=True)]
         corners = _joined([_chords(gmsh, tag) for tag in curves], f"file = '{path}': its face has holes; expected none")
         if corners[0] != corners[-1]:
-            raise MeshError(f"file = '{path}': the outline of its face is not closed", "file")
+            raise MeshError.at("file", f" = '{path}': the outline of its face is not closed")
         edges = {
             gmsh.model.getPhysicalName(1, group): _joined(
                 [_chords(gmsh, int(tag)) for tag in gmsh.model.getEntitiesForPhysicalGroup(1, group)],
