@@ -6,32 +6,33 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     commands/test_interrupted.py             further signals from outside, gmsh ended in the middle of its work
     commands/test_show.py                    the law drawn with two widths
     cracks/test_band.py                      random walks at two more of Poisson's ratios
+    figures/test_cells.py                    many triangles
+    figures/test_pictures.py                 five more titles
+    fitting/test_fit.py                      intervals from noise and known scatter, shared numbers, the choice of a curve
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path from a face, from a .geo file, on turned meshes, from two notches
+    measured/test_reading.py                 a million rows
     model/test_beams.py                      elements that crack everywhere
     model/test_blocks.py                     bars with bands of a third width and of nine elements
     model/test_condensed_and_rotated.py      beams with and without condensation
-    model/test_energies.py                   the balance of the two longest built-in scenes, and of a beam that only opens
+    model/test_energies.py                   the balance of the two longest built-in scenes, and of a beam in steps of half the size
     model/test_loads.py                      a body that does not bear its weight
     model/test_plane_and_solid.py            the band of a beam in 3D against the plane one
-    model/test_user_meshes.py                a band from a file, a mesh of tetrahedra
-    figures/test_cells.py                   many triangles
-    results/test_checkpoints.py              checkpoints at two more rows, within a snap-back, and after SIGKILL
-    results/test_inputs.py                   copies that do not stay
+    model/test_user_meshes.py                a band from a file, solid meshes
+    outcome/test_page.py                     a movie
     outcome/test_pickle.py                   comparisons, processes, sizes
-    figures/test_pictures.py                 five more titles
+    results/test_checkpoints.py              checkpoints at two more rows, within a snap-back, and after SIGKILL
+    results/test_inputs.py                   copies that stay, and that do not
     scenes/test_damaged_scenes.py            500 damaged scenes where 100 run by default
-    measured/test_reading.py                 a million rows
-    solver/test_stepper.py                   dissipation control of a band
     solver/test_newton.py                    the secant tangent of a band
     solver/test_snap.py                      snap-backs of a band, with small steps, at more events
     solver/test_stages.py                    separated cracks of five elements, which cut hundreds of steps
+    solver/test_stepper.py                   dissipation control of a band
     studies/test_accuracy.py                 default sizes at two more scales
     studies/test_comparison.py               the examples, runs that stop, the band with its points off the centre line
-    fitting/test_fit.py                      intervals from noise and known scatter, numbers shared by two depths
     studies/test_pool.py                     clusters of Dask
     studies/test_solid_comparison.py         files and profiles in 3D
-    studies/test_sweep.py                    processes of a script
+    studies/test_sweep.py                    processes of a script, runs that fail, pictures
     studies/test_trade.py                    all settings in 2D, those of a beam in 3D, processes
     test_examples.py                         those of seconds: found paths, cycles, accuracy, benchmarks, laboratories
     test_examples_of_the_paper.py            Examples 2 to 4 of the paper

@@ -260,6 +260,7 @@ def test_rows_of_a_logger_do_not_narrow_intervals() -> None:
         assert 1 / 1.2 < wide / narrow < 1.2
 
 
+@pytest.mark.long
 def test_the_right_curve_is_chosen() -> None:
     choice = fit_curves(beam(), VARY, ["exponential", "hordijk"], reference=measured(noise=0.003), check=False)
     assert choice.best == "hordijk"

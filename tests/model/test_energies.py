@@ -51,9 +51,8 @@ def test_a_built_in_scene_closes_its_balance(name: str) -> None:
     assert run(Scene.load(name).with_(**{"output.frames": 0})).energy_error < limit
 
 
-@pytest.mark.parametrize(
-    "to", [pytest.param([0.12], marks=pytest.mark.long), [0.06, 0.0, 0.12]], ids=["opened", "opened, closed, reopened"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("to", [[0.12], [0.06, 0.0, 0.12]], ids=["opened", "opened, closed, reopened"])
 def test_the_energies_of_a_beam_add_up(beam: Scene, to: list[float]) -> None:
     """The trapezoidal work of a step is second order in it: half the steps, a quarter of the error (2e-4 at 80)."""
     errors = []

@@ -44,7 +44,8 @@ def own(folder: Path, **changes: Any) -> Scene:
     return Scene(OWN, folder).with_(**{"specimen.file": "box.inp"} | {k.replace("__", "."): v for k, v in changes.items()})
 
 
-@pytest.mark.parametrize("kind", ["hexahedron", pytest.param("tetra", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["hexahedron", "tetra"])
 def test_a_solid_mesh_of_ones_own(kind: str, tmp_path: Path) -> None:
     write(tmp_path / "box.inp", box(kind, (2, 1, 2), SIZE))
     result = run(own(tmp_path))

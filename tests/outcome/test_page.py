@@ -89,6 +89,7 @@ def test_without_frames_there_is_nothing_to_show(tmp_path: Path, capsys: pytest.
     assert main(["report", str(tmp_path / "none")]) == 2
 
 
+@pytest.mark.long
 def test_movie(folder: Path, tmp_path: Path) -> None:
     views, drawn = Views.from_result(Result.load(folder / "solid")), []
     write_movie(views, tmp_path / "beam.gif", lambda: drawn.append(1))

@@ -23,6 +23,7 @@ def saved(folder: Path, to: float = 0.01, **reference: Any) -> Result:
     return result
 
 
+@pytest.mark.long
 def test_an_earlier_run_in_the_same_folder_is_compared_with_and_kept(tmp_path: Path) -> None:
     saved(tmp_path)
     earlier = (tmp_path / "history.csv").read_bytes()

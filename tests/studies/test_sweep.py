@@ -45,6 +45,7 @@ def test_one_mesh_serves_all_materials() -> None:
     assert "one mesh" not in sweep(block(), {"material.nu": [0.18, 0.2]}, workers=1).summary()  # nothing is shared
 
 
+@pytest.mark.long
 def test_a_run_that_fails_is_a_row_and_ends_nothing(tmp_path: Path) -> None:
     stages = [{"control": "opening", "to": 0.05, "steps": 4}, {"control": "load", "to": 1e6, "steps": 400}]
     scene = block(output__frames=0)
@@ -125,6 +126,7 @@ def test_the_command_writes_table_figure_and_runs(tmp_path: Path, capsys: pytest
     assert {"sweep.csv", "sweep.png", "sweep.txt", "run-1", "run-4"} <= {path.name for path in tmp_path.iterdir()}
 
 
+@pytest.mark.long
 def test_pictures_of_single_runs_are_there_if_asked_for(tmp_path: Path) -> None:
     """Those of an earlier sweep go."""
     command = ["sweep", "notched-beam", "--vary", "material.Gf=0.05,0.1", "--workers", "1", "-o", str(tmp_path)]
