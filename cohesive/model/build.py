@@ -28,6 +28,7 @@ from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 from .path_size import path_size_note
+from .setup import Setup
 from .supports import check_supports
 
 
@@ -61,7 +62,8 @@ def build(
     with _timed(timings, "assemble", on_phase), _keys_named():
         elements = Elements.from_mesh(scene, mesh)
         cracks = _cracks(scene, mesh, elements)
-        constraints = boundary(specimen, mesh, options.plane, options.half)
+        setup = Setup.from_specimen(specimen, mesh, options.plane, options.half)
+        constraints = boundary(setup, mesh, options.half)
         check_supports(
             mesh, constraints, loadings_of(scene.stages, Loading.from_drives(constraints.drives, len(constraints.motions)))
         )
@@ -77,7 +79,7 @@ def build(
             "dead_factor": dead_motion(mesh, concrete.E) if is_loaded else 0.0,
         }
         notes = _notes(scene, mesh, cracks)
-        whole = assembled(scene, mesh, elements, cracks, constraints, dead) if kept is None else None
+        whole = assembled(scene, mesh, elements, cracks, setup, constraints, dead) if kept is None else None
     with _timed(timings, "condense", on_phase):
         if kept is None:
             assert whole is not None

@@ -21,6 +21,7 @@ from .cracks import CrackPart
 from .elements import Elements
 from .gauges import measures
 from .mesh import CrackedMesh
+from .setup import Setup
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,13 @@ class Assembled:
 
 
 def assembled(
-    scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: CrackPart, constraints: Boundary, dead: Array | None
+    scene: Scene,
+    mesh: CrackedMesh,
+    elements: Elements,
+    cracks: CrackPart,
+    setup: Setup,
+    constraints: Boundary,
+    dead: Array | None,
 ) -> Assembled:
     """The bulk with its unknowns, its dead loads and its measures.
 
@@ -60,7 +67,7 @@ def assembled(
         For supports that contradict each other, and gauges or dead loads that the mesh has no place for.
     """
     half, representative = scene.model.half, mesh.representative
-    rows = measures(scene.specimen, half, mesh, cracks.faces)
+    rows = measures(scene.specimen, setup.gauges, mesh, cracks.faces)
     try:
         unknowns = Unknowns.from_constraints(
             representative, constraints.supports, constraints.motions, constraints.mirror, int(dead is not None)

@@ -149,7 +149,8 @@ def _needed(scene: Scene) -> tuple[str, ...]:
 def _pairs(own: Scene, other: Scene) -> Iterator[tuple[str, Any, Any]]:
     """What must be the same in both scenes, by key."""
     yield "specimen.kind", own.kind, other.kind
-    yield "grow", own.grow, other.grow
+    if other.grow is not None:
+        yield "specimen.crack", own.specimen.paths, "grow"
     for table, free in _FREE.items():
         part = "sizes" if table == "mesh" else table
         was, now = getattr(own, part), getattr(other, part)

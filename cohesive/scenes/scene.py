@@ -42,7 +42,6 @@ class Scene(Inputs):
 
     Attributes
     ----------
-    data : dict, as given; each time a copy
     title, kind, specimen, sizes, material, interface, model, band, solver, reference, output : checked parts
     stages : tuple of Stage
 
@@ -71,7 +70,7 @@ class Scene(Inputs):
 
     @property
     def data(self) -> dict[str, Any]:
-        """The nested dict, a copy."""
+        """The nested dict as given, each time a copy."""
         return copy.deepcopy(self._data)
 
     def given(self, key: str) -> Any:

@@ -68,6 +68,7 @@ def test_sizes_by_rule_are_those_of_the_start_values() -> None:
     ("key", "value"),
     [
         ("specimen.notch", 20.0),
+        ("specimen.crack", "grow"),
         ("mesh.crack_size", 2.0),
         ("mesh.far_size", 10.0),
         ("mesh.order", 2),
