@@ -24,7 +24,7 @@ INTERRUPTED = 128
 #: seconds in which the interpreter must come to a signal; else it is in a long call of gmsh or LAPACK, and the process ends
 _GRACE = 1.0
 
-#: seconds after which a process tells of an error that rank 0 has not told by then
+#: seconds after which a process reports an error that rank 0 has not reported by then
 _PATIENCE = 5.0
 
 

@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from meshing.errors import one_line
+from meshing.errors import InputError
 
 
-class SceneError(ValueError):
+class EndsRun(BaseException):
+    """What ends a run early."""
+
+    result: object = None
+    finished: Sequence[object] = ()
+
+
+class SceneError(EndsRun, InputError):
     """A scene that cannot be used; the message names the key, its value and what was expected.
 
     Attributes
@@ -18,15 +25,8 @@ class SceneError(ValueError):
     finished : the runs that were finished before, if several were asked for.
     """
 
-    result: object = None
-    finished: Sequence[object] = ()
 
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(one_line(message))
-        self.key = key
-
-
-class ParameterError(ValueError):
+class ParameterError(InputError):
     """A parameter out of its range; the message names it, its value and what was expected.
 
     Attributes
@@ -34,12 +34,8 @@ class ParameterError(ValueError):
     key : name of the parameter
     """
 
-    def __init__(self, message: str = "", key: str = "") -> None:
-        super().__init__(message)
-        self.key = key
 
-
-class NotConverged(RuntimeError):
+class NotConverged(EndsRun, RuntimeError):
     """A step that did not converge.
 
     Attributes
@@ -48,9 +44,6 @@ class NotConverged(RuntimeError):
     result : everything computed before the step, once `run` has passed the error on.
     finished : the runs that were finished before, if several were asked for.
     """
-
-    result: object = None
-    finished: Sequence[object] = ()
 
     def __init__(self, message: str = "", key: str = "") -> None:
         super().__init__(message)
@@ -76,7 +69,7 @@ class ElementError(ValueError):
     """An element with no positive area or volume, or of a type that is not implemented."""
 
 
-class Interrupted(KeyboardInterrupt):
+class Interrupted(EndsRun, KeyboardInterrupt):
     """A run that the user or a signal ended.
 
     Attributes
@@ -84,9 +77,6 @@ class Interrupted(KeyboardInterrupt):
     result : everything computed before.
     finished : the runs that were finished before, if several were asked for.
     """
-
-    result: object = None
-    finished: Sequence[object] = ()
 
 
 class TooCostly(Exception):

@@ -17,8 +17,8 @@ from .model.model import Model
 from .model.prepared import Prepared
 from .outcome.notebook import notebook_progress
 from .outcome.result import Result
-from .results.checkpoints import Checkpoint, CheckpointWriter, Done
-from .results.files import HistoryWriter
+from .results.checkpoints import Checkpoint, Done, checkpoint_writer
+from .results.files import history_writer
 from .results.locking import lock_folder
 from .results.record import Record
 from .scenes.reference import load_reference
@@ -78,7 +78,7 @@ def run(
     if found is not None:
         scene = found_scene(scene, found)
     reference = load_reference(scene)
-    built = model.model_of(scene, tangent) if isinstance(model, Prepared) else build(scene, tangent, on_phase)
+    built = build(scene, tangent, on_phase, model.model if isinstance(model, Prepared) else None)
     with notebook_progress(scene.stages) if on_step is None else nullcontext(on_step) as then:
         return _march(scene, built, reference, tangent, output, then, found=found)
 
@@ -133,20 +133,20 @@ def _march(
     def keep(row: dict[str, float], state: State) -> None:
         record.append(row, state)
         unsaved.append((row, state))
-        writer.write(row)
+        write(row)
 
     try:
-        with lock_folder(output), HistoryWriter(output, [column.name for column in built.columns]) as writer:
+        with lock_folder(output), history_writer(output, [column.name for column in built.columns]) as write:
             for row, _ in done:
-                writer.write(row)
+                write(row)
             stepper = solve(built.problem, scene.stages, built.recorded, scene.solver.step_growth, notes)
             built = replace(built, problem=stepper.problem)
             if stood is not None:
                 stepper.go_on_from(stood)
                 notes = stepper.notes
-            with CheckpointWriter(output, scene, tangent, found, built.mesh.points, size) as checkpoints:
+            with checkpoint_writer(output, scene, tangent, found, built.mesh.points, size) as set_down:
                 if not record.rows:
-                    keep(_first_row(observed(built.problem.initial())), built.problem.initial())
+                    keep(_row(0, None, observed(built.problem.initial()), 0.0), built.problem.initial())
                 for step in stepper:
                     state = step.equilibrium.state
                     row = _row(record.rows, step, observed(state), time.perf_counter() - clock)
@@ -154,7 +154,7 @@ def _march(
                     if on_step is not None:
                         on_step(step, row)
                     if row["step"] % EVERY == 0:
-                        checkpoints.write(unsaved, stepper)
+                        set_down(unsaved, stepper)
                         unsaved.clear()
     except (NotConverged, SceneError) as error:
         error.result = result(str(error))
@@ -166,19 +166,11 @@ def _march(
     return result()
 
 
-def _first_row(record: dict[str, float]) -> dict[str, float]:
-    """The row of the history before the first step."""
-    return {"step": 0, **record, "iterations": 0, "cuts": 0, "residual": 0.0, "wall_time": 0.0, "stage": 1}
-
-
-def _row(number: int, step: Step, record: dict[str, float], wall_time: float) -> dict[str, float]:
-    """A row of the history."""
-    return {
-        "step": number,
-        **record,
-        "iterations": step.equilibrium.iterations,
-        "cuts": step.cuts,
-        "residual": step.equilibrium.residuals[-1],
-        "wall_time": wall_time,
-        "stage": step.stage,
-    }
+def _row(number: int, step: Step | None, record: dict[str, float], wall_time: float) -> dict[str, float]:
+    """A row of the history; without a step that before the first one."""
+    iterations, cuts, residual, stage = 0, 0, 0.0, 1
+    if step is not None:
+        iterations, cuts, stage = step.equilibrium.iterations, step.cuts, step.stage
+        residual = step.equilibrium.residuals[-1]
+    facts = {"iterations": iterations, "cuts": cuts, "residual": residual, "wall_time": wall_time, "stage": stage}
+    return {"step": number, **record, **facts}

@@ -78,11 +78,10 @@ def main(size: float = 1.0, plot: Path | None = None) -> list[Row]:
 
 
 def _draw(results: list[Result], rows: list[Row], path: Path) -> None:
-    reference = results[0].reference
     figure = new_figure(10.0, 4.4)
     whole, start = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
     for axes in (whole, start):
-        draw_reference(axes, reference)
+        draw_reference(axes, results[0], "opening")
         for i, (result, row) in enumerate(zip(results, rows, strict=True)):
             opening, load = (result.history[name] for name in ("opening", "load"))
             label = f"w = {row.width:g} mm{' = h' if i == 0 else ''}, peak {row.peak:.0f} N"

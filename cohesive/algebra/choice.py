@@ -119,7 +119,6 @@ class Condensation:
     why: str
 
 
-
 def condense(bulk: Bulk, wanted: str) -> Condensation:
     """Condense the bulk, or do not.
 
@@ -301,12 +300,12 @@ LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_by
 def machine_memory() -> float:
     """Memory of the machine, or what a job may take of it, bytes; without limit if that is not known."""
     try:
-        found = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+        memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):
-        found = float("inf")
+        memory = float("inf")
     for path in LIMITS:
         try:
-            found = min(found, float(Path(path).read_text(encoding="utf-8")))
+            memory = min(memory, float(Path(path).read_text(encoding="utf-8")))
         except (OSError, ValueError):  # not there, or "max"
             continue
-    return found
+    return memory

@@ -110,9 +110,9 @@ def _halve(level: int, orders: list[Index], part: Index, element: Index, first: 
     for order in orders:
         part[order] = halved
         lowest, shared = _halves(part[element], first)
-        found = np.bincount(lowest[shared] >> 1, minlength=1 << level)
-        best = np.where((found < fewest)[of], order, best)
-        fewest = np.minimum(found, fewest)
+        counts = np.bincount(lowest[shared] >> 1, minlength=1 << level)
+        best = np.where((counts < fewest)[of], order, best)
+        fewest = np.minimum(counts, fewest)
     part[best] = halved
 
 

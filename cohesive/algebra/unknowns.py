@@ -118,6 +118,14 @@ class Unknowns:
         node = np.concatenate([np.nonzero(mean_free)[0], jumping, *first_nodes, any_node])
         return cls(transform, n_free + np.arange(len(hinged)), driven, node)
 
+    def seen_by(self, operator: sp.csr_array) -> sp.csr_array:
+        """An operator on the displacements for these unknowns, without the entries that cancel: a jump does not see the mean
+        motion of the faces."""
+        operator = (operator @ self.transform).tocsr()
+        operator.data[abs(operator.data) < 1e-12] = 0.0
+        operator.eliminate_zeros()
+        return operator
+
     def with_faces(self, nodes: Index, dimension: int) -> tuple[sp.csr_array, Index, sp.csr_array]:
         """Displacements of a crack's faces in place of the unknowns that move them, so that the two sides are not coupled.
 

@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from tqdm import tqdm
 
@@ -20,6 +20,11 @@ from ..algebra.petsc.ranks import rank_and_size
 from ..errors import NotConverged, SceneError
 from ..scenes.scene import Scene
 from ..solver.stepper import Step
+
+if TYPE_CHECKING:
+    from ..studies.comparison import Comparison
+    from ..studies.sweep import Sweep
+    from ..studies.trade import Trade
 
 #: exit statuses: a run that stopped before its end, bad input or a file that cannot be written, interrupted
 STOPPED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -36,14 +41,17 @@ _PHASES = {"mesh": "meshing", "assemble": "assembling", "condense": "condensing"
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
+def add_set(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """The changes of keys."""
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=meaning)
+
+
 def add_scene(parser: argparse.ArgumentParser, default: str, example: str, may_lack: bool = False) -> None:
     """The scene, its changes and the folder for its files, of every command that runs one."""
     count = "?" if may_lack else None
     parser.add_argument("scene", metavar="SCENE", nargs=count, help="a TOML file, or a built-in scene (see `cohesive scenes`)")
     parser.add_argument("-o", "--output", metavar="DIR", help=f"folder for the files (default: {default})")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help=f"change a key, as in {example} (see `cohesive keys`)"
-    )
+    add_set(parser, f"change a key, as in {example} (see `cohesive keys`)")
 
 
 def add_verbose(parser: argparse.ArgumentParser) -> None:
@@ -62,17 +70,23 @@ def load_scene(options: argparse.Namespace) -> Scene:
 _LOOSE_NUMBER = re.compile(r"[+-]?(\d{1,20}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,3})?")
 
 
+def value_of(text: str) -> Any:
+    """A TOML value; what is not TOML is a number as `.5`, else a string."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return float(text) if _LOOSE_NUMBER.fullmatch(text.strip()) else text.strip()
+
+
 def assignments(pairs: Sequence[str]) -> dict[str, Any]:
-    """KEY=VALUE with a TOML value; what is not TOML is a number as `.5`, else a string."""
+    """KEY=VALUE with a value as of `value_of`."""
     result = {}
     for pair in pairs:
         key, separator, text = pair.partition("=")
         if not separator or not key.strip():
             raise SceneError(f"--set {pair}: expected KEY=VALUE, as in material.Gf=0.1")
         try:
-            result[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            result[key.strip()] = float(text) if _LOOSE_NUMBER.fullmatch(text.strip()) else text.strip()
+            result[key.strip()] = value_of(text)
         except (ValueError, RecursionError) as error:  # thousands of digits or levels
             raise SceneError(f"--set {pair}: {error}; expected a value that a scene can hold") from None
     return result
@@ -98,6 +112,15 @@ def status_of(error: BaseException) -> int:
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED
     return STOPPED if isinstance(error, NotConverged) else BAD_INPUT
+
+
+def save_and_tell(outcome: Comparison | Sweep | Trade, folder: Path, files: str) -> None:
+    """Save an outcome, print its summary whatever becomes of the files, and say what they are."""
+    try:
+        outcome.save(folder)
+    finally:
+        print(outcome.summary())
+    print(f"files: {folder}/  ({files})")
 
 
 def trade_folder(scene: str) -> Path:
@@ -127,7 +150,7 @@ def progress(total: int | None = None, unit: str = "step") -> Iterator[tqdm[Any]
             clock.join()
 
 
-def teller(bar: tqdm[Any]) -> Callable[[str], None]:
+def phase_reporter(bar: tqdm[Any]) -> Callable[[str], None]:
     """What names each phase before the first step on the bar."""
 
     def on_phase(name: str) -> None:

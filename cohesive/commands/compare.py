@@ -9,7 +9,7 @@ from pathlib import Path
 from ..outcome.result import Result
 from ..results.locking import lock_folder
 from ..solver.stages import expected_steps
-from .common import ENDS, STOPPED, Commands, add_scene, add_verbose, load_scene, progress, reporter, status_of
+from .common import ENDS, STOPPED, Commands, add_scene, add_verbose, load_scene, progress, reporter, save_and_tell, status_of
 
 
 def add_parser(commands: Commands) -> None:
@@ -36,11 +36,7 @@ def _execute(options: argparse.Namespace) -> int:
             if (status := _save_finished(error, folder)) is None:
                 raise
             return status
-    try:
-        comparison.save(folder)
-    finally:
-        print(comparison.summary())
-    print(f"files: {folder}/  (comparison.png, comparison.csv, and the files of both runs in discrete/ and smeared/)")
+    save_and_tell(comparison, folder, "comparison.png, comparison.csv, and the files of both runs in discrete/ and smeared/")
     return STOPPED if any(": stopped: " in note for note in comparison.notes) else 0
 
 

@@ -10,11 +10,11 @@ from typing import Any
 from ..errors import SceneError
 from ..measured.columns import MOTIONS
 from ..measured.curve import Measured
-from ..scenes.checks import build_table
+from ..scenes.inputs import build_table
 from ..scenes.reference import load_reference, read_with
 from ..scenes.scene import Scene
 from ..scenes.tables import ReferenceOptions
-from .common import Commands, assignments
+from .common import Commands, add_set, assignments
 
 #: what --set may give besides keys of the specimen and of the reference
 _OWN = ("mass", "mass_loading", "gauge_holder")
@@ -30,12 +30,9 @@ def add_parser(commands: Commands) -> None:
     )
     p.add_argument("source", metavar="CSV|SCENE", help="a measured curve, or a scene that names one")
     p.add_argument("--standard", required=True, metavar="NAME", help="rilem-tc-50, en-14651 or jci-s-001")
-    p.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="specimen.span, .depth, .thickness, .notch, .length (mm), mass (kg, of the beam), mass_loading (kg), "
+    add_set(
+        p,
+        "specimen.span, .depth, .thickness, .notch, .length (mm), mass (kg, of the beam), mass_loading (kg), "
         "gauge_holder (mm), reference.x and so on",
     )
     p.set_defaults(execute=_execute)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from .common import Commands, assignments
+from .common import Commands, add_set, assignments
 
 
 def add_parser(commands: Commands) -> None:
@@ -18,7 +18,7 @@ def add_parser(commands: Commands) -> None:
         "CSV dropped on the page is drawn beneath and fitted from where the sliders stand. Nothing is written.",
     )
     p.add_argument("scene", metavar="SCENE", help="a TOML file, or a built-in scene")
-    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key")
+    add_set(p, "change a key")
     p.add_argument("--port", type=int, default=0, help="default: a free one")
     p.add_argument("--no-browser", action="store_true", help="print the address only")
     p.set_defaults(execute=_execute)

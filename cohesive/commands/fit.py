@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import SceneError
 from ..results.files import make_folder
 from ..scenes.scene import Scene
-from .common import Commands, assignments
+from .common import Commands, add_set, assignments
 
 
 def add_parser(commands: Commands) -> None:
@@ -22,7 +21,7 @@ def add_parser(commands: Commands) -> None:
     )
     p.add_argument("scenes", metavar="SCENE", nargs="+", help="TOML files, or built-in scenes")
     p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the first scene's name and -fit)")
-    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key of all scenes")
+    add_set(p, "change a key of all scenes")
     p.add_argument(
         "--vary", action="append", default=[], metavar="KEY=LOW:HIGH", help="a number and its bounds, as material.ft=2:5"
     )
@@ -35,13 +34,13 @@ def add_parser(commands: Commands) -> None:
     p.add_argument(
         "--scatter", action="append", default=[], metavar="KEY=DEVIATION", help="known scatter, as specimen.notch=0.5"
     )
-    p.add_argument("--export", metavar="PROGRAM", help="print the fitted curve as input of abaqus, diana or atena")
+    p.add_argument("--export", choices=("abaqus", "diana", "atena"), help="print the fitted curve as input of a program")
     p.set_defaults(execute=_execute)
 
 
 def _execute(options: argparse.Namespace) -> int:
     from ..fitting.curve_choice import fit_curves
-    from ..fitting.export import exported
+    from ..fitting.export import EXPORTS
     from ..fitting.fit import fit
 
     scenes = [Scene.load(source).with_(**assignments(options.set)) for source in options.scenes]
@@ -54,7 +53,7 @@ def _execute(options: argparse.Namespace) -> int:
         "own": tuple(options.own),
         "starts": options.starts,
         "profile": options.profile,
-        "scatter": _numbers(options.scatter),
+        "scatter": assignments(options.scatter),
     }
     if options.softening:
         choice = fit_curves(scenes, vary, options.softening.split(","), **chosen)
@@ -66,7 +65,7 @@ def _execute(options: argparse.Namespace) -> int:
         best.save(folder)
         print(best.summary())
     if options.export:
-        print(exported(options.export, best.scenes[0].material), end="")
+        print(EXPORTS[options.export][1](best.scenes[0].material), end="")
     print(f"files: {folder}/")
     return 0
 
@@ -79,12 +78,3 @@ def _bounds(text: str) -> tuple[str, tuple[float, float]]:
         return key.strip(), (float(low), float(high))
     except ValueError:
         raise SceneError(f"--vary {text}: expected KEY=LOW:HIGH, as in material.ft=2:5", key.strip()) from None
-
-
-def _numbers(pairs: Sequence[str]) -> dict[str, float]:
-    numbers = {}
-    for key, value in assignments(pairs).items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
-            raise SceneError(f"--scatter {key}={value}: expected a standard deviation above 0", key)
-        numbers[key] = float(value)
-    return numbers

@@ -6,8 +6,8 @@ import argparse
 import textwrap
 
 from ..errors import SceneError
-from ..scenes.checks import hint
 from ..scenes.keys import scene_keys, specimen_kinds
+from ..scenes.names import hint
 from .common import Commands
 
 _WIDTH = 110

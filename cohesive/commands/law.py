@@ -14,16 +14,16 @@ from ..law.concrete import PRESETS, Concrete
 from ..law.crack_plane import CrackPlane
 from ..law.softening import SOFTENING
 from ..law.softening_choice import softening_name
-from ..model.interface import default_width
+from ..law.widths import default_width
 from ..results.files import make_folder, write_file, write_table
-from .common import Commands, assignments
+from .common import Commands, add_set, assignments
 
 
 def add_parser(commands: Commands) -> None:
     """The command's arguments."""
     p = commands.add_parser("law", help="draw and tabulate the law at a point")
     p.add_argument("--preset", default="crack-plane", help=f"material: {', '.join(PRESETS)} (default: crack-plane)")
-    p.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a parameter, as in Gf=0.1")
+    add_set(p, "change a parameter, as in Gf=0.1")
     p.add_argument(
         "--width", help="width of the crack plane in mm, or h (default: that of a run with a long crack, 0.4 %% of E Gf/ft^2)"
     )

@@ -24,10 +24,10 @@ from .common import (
     add_verbose,
     assignments,
     load_scene,
+    phase_reporter,
     progress,
     reporter,
     status_of,
-    teller,
     trade_folder,
 )
 
@@ -98,7 +98,7 @@ def _finished(
         if not bar.disable and expected is not None and expected.seconds > LONG:
             bar.write(f"expected: {expected.text}", sys.stderr)
         try:
-            result = execute(on_step=reporter(bar, options.verbose), on_phase=teller(bar))
+            result = execute(on_step=reporter(bar, options.verbose), on_phase=phase_reporter(bar))
         except ENDS as error:
             partial_result = getattr(error, "result", None)
             if not isinstance(partial_result, Result):

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import Index
 from ..model.estimate import estimate
 from ..model.marks import DRIVE, GAUGE, PRESSURE, SUPPORT, marks
 from ..model.mesh import CrackedMesh, cracked_mesh
@@ -56,7 +55,8 @@ def table(scene: Scene, mesh: CrackedMesh) -> Iterator[str]:
     """What a scene is made of, in lines."""
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     yield scene.title
-    yield _line("specimen", f"{scene.kind}, {' x '.join(f'{side:.4g}' for side in high - low)} mm{_half(scene)}")
+    half = ", one half of the body" if scene.model.half else ""
+    yield _line("specimen", f"{scene.kind}, {' x '.join(f'{side:.4g}' for side in high - low)} mm{half}")
     yield _line("mesh", f"{len(mesh.points)} nodes, {_cells(mesh)}")
     if (expected := estimate(scene)) is not None:
         yield _line("expected", expected.text)
@@ -68,17 +68,13 @@ def table(scene: Scene, mesh: CrackedMesh) -> Iterator[str]:
         targets = ", ".join(f"{target:.4g}" for target in stage.targets)
         yield _line(f"stage {i}", f"{stage.control} to {targets}")
     for name, nodes in sorted(mesh.sets.items()):
-        spans = [f"{'xyz'[i]} {a:.4g}" if b - a < 1e-9 else f"{'xyz'[i]} {a:.4g} to {b:.4g}"
-                 for i, (a, b) in enumerate(zip(*_bounds(mesh, nodes), strict=True))]  # fmt: skip
+        low, high = mesh.points[nodes].min(axis=0), mesh.points[nodes].max(axis=0)
+        spans = [f"{x} {a:.4g}" + (f" to {b:.4g}" if b - a >= 1e-9 else "") for x, a, b in zip("xyz", low, high, strict=False)]
         yield _line("set", f"{name}: {len(nodes)} node{'s' if len(nodes) > 1 else ''}, {', '.join(spans)}")
 
 
 def _line(title: str, text: str) -> str:
     return f"{title + ':':11s}{text}"
-
-
-def _half(scene: Scene) -> str:
-    return ", one half of the body" if scene.model.half else ""
 
 
 def _cells(mesh: CrackedMesh) -> str:
@@ -91,18 +87,13 @@ def _cells(mesh: CrackedMesh) -> str:
 def _crack(scene: Scene, mesh: CrackedMesh) -> str:
     """The crack path and what stands for it."""
     if mesh.crack is not None:
-        found = f"{len(mesh.crack.data)} zero-thickness cells"
+        text = f"{len(mesh.crack.data)} zero-thickness cells"
     else:
-        found = f"{sum(len(block.data) for block in mesh.band)} elements that may crack"
+        text = f"{sum(len(block.data) for block in mesh.band)} elements that may crack"
     if scene.grow is not None:
-        return f"{found}; the run looks for its path"
+        return f"{text}; the run looks for its path"
     for line in scene.specimen.paths:
         points = [f"({x:.4g}, {y:.4g})" for x, y in line]
         shown = points if len(points) <= 4 else [*points[:2], "...", points[-1]]
-        found += f", path {' to '.join(shown)}, {np.hypot(*np.diff(line, axis=0).T).sum():.4g} mm"
-    return found
-
-
-def _bounds(mesh: CrackedMesh, nodes: Index) -> tuple[list[float], list[float]]:
-    points = mesh.points[nodes]
-    return points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        text += f", path {' to '.join(shown)}, {np.hypot(*np.diff(line, axis=0).T).sum():.4g} mm"
+    return text

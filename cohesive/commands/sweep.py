@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import SceneError
-from ..results.files import make_folder
 from ..results.locking import lock_folder
-from .common import INTERRUPTED, STOPPED, Commands, add_scene, load_scene, progress
+from .common import INTERRUPTED, STOPPED, Commands, add_scene, load_scene, progress, save_and_tell, value_of
 
 
 def add_parser(commands: Commands) -> None:
@@ -54,36 +53,31 @@ def _execute(options: argparse.Namespace) -> int:
             bar.set_postfix_str(run.name)
 
         try:
-            found = sweep(
+            swept = sweep(
                 scene, vary, options.workers, executor=executor, output=folder, pictures=options.pictures, on_run=on_run
             )
         except KeyboardInterrupt as error:
             if not isinstance(partial := getattr(error, "result", None), Sweep):
                 raise
-            found, status = partial, INTERRUPTED
-    make_folder(folder)
-    try:
-        found.save(folder)
-    finally:
-        print(found.summary())
-    print(f"files: {folder}/  (sweep.csv, sweep.png, sweep.txt, and the files of each run in its subfolder)")
-    missing = sum(not each.is_done for each in found.runs)
+            swept, status = partial, INTERRUPTED
+    save_and_tell(swept, folder, "sweep.csv, sweep.png, sweep.txt, and the files of each run in its subfolder")
+    missing = sum(not each.is_done for each in swept.runs)
     if missing:
-        print(f"cohesive: {missing} of {len(found.runs)} runs did not come to their end; see their reasons", file=sys.stderr)
+        print(f"cohesive: {missing} of {len(swept.runs)} runs did not come to their end; see their reasons", file=sys.stderr)
     return status or (STOPPED if missing else 0)
 
 
 def _values(pairs: Sequence[str]) -> dict[str, list[Any]]:
     """KEY=VALUES with TOML values or strings."""
-    found: dict[str, list[Any]] = {}
+    values: dict[str, list[Any]] = {}
     for pair in pairs:
         key, separator, text = (part.strip() for part in pair.partition("="))
         if not separator or not key or not text:
             raise SceneError(f"--vary {pair}: expected KEY=VALUES, as in material.Gf=0.05:0.10:6 or material.Gf=0.05,0.1")
-        if key in found:
+        if key in values:
             raise SceneError(f"--vary {pair}: {key} is varied already; expected each key once", key)
-        found[key] = _range(pair, text.split(":")) if text.count(":") == 2 else _listed(text)
-    return found
+        values[key] = _range(pair, text.split(":")) if text.count(":") == 2 else _listed(text)
+    return values
 
 
 def _range(pair: str, parts: list[str]) -> list[Any]:
@@ -102,11 +96,4 @@ def _listed(text: str) -> list[Any]:
     try:
         return list(tomllib.loads(f"value = [{text}]")["value"])
     except tomllib.TOMLDecodeError:
-        return [_one(part.strip()) for part in text.split(",")]
-
-
-def _one(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
+        return [value_of(part) for part in text.split(",")]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import NotConverged
 from ..results.files import make_folder
-from .common import INTERRUPTED, STOPPED, Commands, add_scene, load_scene, progress, trade_folder
+from .common import INTERRUPTED, STOPPED, Commands, add_scene, load_scene, progress, save_and_tell, trade_folder
 
 
 def add_parser(commands: Commands) -> None:
@@ -45,16 +45,12 @@ def _execute(options: argparse.Namespace) -> int:
             bar.set_postfix_str(trial.label)
 
         try:
-            found = trade(scene, executor, on_trial, settings)
+            done = trade(scene, executor, on_trial, settings)
         except NotConverged as error:
             print(f"cohesive: the reference did not converge: {error}", file=sys.stderr)
             return STOPPED
         except KeyboardInterrupt as error:
             print(f"cohesive: {str(error) or 'interrupted'}; the table is written when all runs are done", file=sys.stderr)
             return INTERRUPTED
-    try:
-        found.save(folder)
-    finally:
-        print(found.summary())
-    print(f"files: {folder}/  (trade.csv, trade.png, trade.txt)")
+    save_and_tell(done, folder, "trade.csv, trade.png, trade.txt")
     return 0

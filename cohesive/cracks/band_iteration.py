@@ -70,7 +70,7 @@ class LocalIteration:
         self.has_slopes = (self._on_points(cracks.slope.any(axis=(1, 2)).astype(float)) == self.has).all(axis=1)
         self.scale = TOL * plane.concrete.ft
         self.e = self.e0.copy()  # what `solve` finds, and what there is then
-        self._found: list[Array] = []
+        self._values: list[Array] = []
         self._is_frozen = np.zeros(g, dtype=bool)
 
     def _on_points(self, values: Array) -> Array:
@@ -127,13 +127,13 @@ class LocalIteration:
         -------
         e : local strains
         done : whether they solve their point on the branch that begins elastic
-        found, is_frozen : what `_at` finds there, and whether frozen
+        values, is_frozen : what `_at` finds there, and whether frozen
         """
         e, (_, m, d), n = e.copy(), self.shape, len(rows)
         floor = 8 * np.finfo(float).eps * float(abs(self.D).max())
         shapes = (m * d,), (m * d, m * d), (m * d,), (m,), strain.shape[1:]
-        found = [np.zeros((n, *shape)) for shape in shapes]
-        error, T, is_frozen = found[0], found[1], np.full(n, frozen)
+        values = [np.zeros((n, *shape)) for shape in shapes]
+        error, T, is_frozen = values[0], values[1], np.full(n, frozen)
         error[:] = np.inf  # until it is known
 
         def is_solved() -> Mask:
@@ -149,7 +149,7 @@ class LocalIteration:
         for _ in range(MAX_ITERATIONS):
             start = e[left]
             e[left], is_frozen[left] = start + step[left], frozen
-            _store(found, left, self._at(e[left], strain[left], rows[left], frozen))
+            _store(values, left, self._at(e[left], strain[left], rows[left], frozen))
             frozen = False
             # if the full step raises the error the first shorter one is taken that does not, else the full one
             rising = np.flatnonzero(~(np.linalg.norm(error[left], axis=1) < (1.0 - _DECREASE) * norm[left]))
@@ -161,7 +161,7 @@ class LocalIteration:
                 new = self._at(shorter, strain[at], rows[at])
                 better = np.linalg.norm(new[0], axis=1) < (1.0 - _DECREASE * length) * norm[at]
                 e[at[better]] = shorter[better]
-                _store(found, at[better], [each[better] for each in new])
+                _store(values, at[better], [each[better] for each in new])
                 rising = rising[~better]
             left = np.flatnonzero(~is_solved())
             if not left.size:
@@ -172,7 +172,7 @@ class LocalIteration:
         # of one plane: elastic it is positive; beyond a fold it has changed its sign
         single, d = np.flatnonzero(self.count[rows] == 1), self.shape[2]
         done[single] &= np.linalg.det(self._matrix(T[single], rows[single])[:, :d, :d]) > 0
-        return e, done, found, is_frozen
+        return e, done, values, is_frozen
 
     def solve(self, committed: Array, frozen: bool) -> Mask:
         """Local strains at `strain`, from those at the strain `committed`, (p, k). Whether each point has been solved."""
@@ -183,36 +183,36 @@ class LocalIteration:
             if not rows.size:
                 break
             change = None if first_frozen else self.strain[rows] - committed[rows]
-            e, ok, found, is_frozen = self._newton(self.e0[rows], self.strain[rows], rows, first_frozen, change)
-            self._keep(rows, e, found, is_frozen, ok)
+            e, ok, values, is_frozen = self._newton(self.e0[rows], self.strain[rows], rows, first_frozen, change)
+            self._keep(rows, e, values, is_frozen, ok)
             solved[rows[ok]] = True
         # led there from the committed strain, each point in steps of its own
         e, there, part = self.e0.copy(), np.zeros(len(every)), np.full(len(every), _FIRST_PART)
         while (rows := every[~solved & (part >= _SMALLEST_PART)]).size:
             to = np.minimum(there[rows] + part[rows], 1.0)
             strain = committed[rows] + to[:, None] * (self.strain[rows] - committed[rows])
-            new, ok, found, is_frozen = self._newton(e[rows], strain, rows, False)
+            new, ok, values, is_frozen = self._newton(e[rows], strain, rows, False)
             e[rows[ok]], there[rows[ok]] = new[ok], to[ok]
             part[rows] *= np.where(ok, 2.0, 0.5)
-            self._keep(rows, new, found, is_frozen, ok & (to >= 1.0))
+            self._keep(rows, new, values, is_frozen, ok & (to >= 1.0))
             solved |= there >= 1.0
         return solved
 
-    def _keep(self, rows: Index, e: Array, found: list[Array], is_frozen: Mask, ok: Mask) -> None:
+    def _keep(self, rows: Index, e: Array, values: list[Array], is_frozen: Mask, ok: Mask) -> None:
         """Keep the solutions of some points, and what there is at them."""
-        if not self._found:
-            self._found = [np.zeros((self.shape[0], *each.shape[1:])) for each in found]
+        if not self._values:
+            self._values = [np.zeros((self.shape[0], *each.shape[1:])) for each in values]
         at = rows[ok]
         self.e[at], self._is_frozen[at] = e[ok], is_frozen[ok]
-        _store(self._found, at, [each[ok] for each in found])
+        _store(self._values, at, [each[ok] for each in values])
 
     def respond(self, frozen: bool) -> tuple[Array, Array, Array, Array, Array]:
         """At the solution: stress, consistent tangent (37), tractions, history and de / deps."""
         g, m, d = self.shape
         other = np.flatnonzero(self._is_frozen != frozen)
         if other.size:
-            _store(self._found, other, self._at(self.e[other], self.strain[other], other, frozen))
-        _, T, s, Z, stress = self._found
+            _store(self._values, other, self._at(self.e[other], self.strain[other], other, frozen))
+        _, T, s, Z, stress = self._values
         slope = self._solve(T, self.ND, np.arange(g))
         release = self.N.transpose(0, 2, 1) @ (slope - self.C[:, None] * (T @ slope))
         tangent = self.D - self.D @ release

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,7 @@ _NOTCH, _NOTCH_ENDS = "specimen.notch", (0.1, 0.8)
 #: numbers that `fit` varies
 _FITTED = ("material.ft", "material.Gf")
 
-#: meshes that are kept, by the notch
+#: meshes that are kept; the one that was used longest ago goes
 _KEPT = 8
 
 #: points of the softening curve
@@ -49,32 +50,28 @@ class Explorer:
     """
 
     scene: Scene
-    _kept: dict[Any, Prepared] = field(default_factory=dict, init=False)
+    _prepared: Callable[[Any], Prepared] = field(init=False, repr=False)  # by the notch; None: that of the scene
 
     def __post_init__(self) -> None:
         self.scene = self.scene.with_(**{"output.frames": 0})
-
-    @property
-    def kept(self) -> int:
-        """How many meshes are kept."""
-        return len(self._kept)
+        self._prepared = lru_cache(_KEPT)(lambda notch: prepare(self._changed({} if notch is None else {_NOTCH: notch})))
 
     def controls(self) -> dict[str, Any]:
         """What the page offers: numbers with their ends and start, and choices."""
-        found: dict[str, Any] = {}
+        offered: dict[str, Any] = {}
         for key, (low, high) in _NUMBERS.items():
             value = getattr(self.scene.material, key.split(".")[1])
-            found[key] = {"low": low * value, "high": high * value, "start": value}
+            offered[key] = {"low": low * value, "high": high * value, "start": value}
         specimen = self.scene.given("specimen")
         if isinstance(specimen.get("notch"), (int, float)) and isinstance(specimen.get("depth"), (int, float)):
             low, high = (part * specimen["depth"] for part in _NOTCH_ENDS)
-            found[_NOTCH] = {"low": low, "high": high, "start": specimen["notch"]}
+            offered[_NOTCH] = {"low": low, "high": high, "start": specimen["notch"]}
         material = self.scene.given("material")
         softening = material.get("softening", "exponential")
         if isinstance(softening, str):
-            found["material.softening"] = {"choices": list(SOFTENING), "start": softening}
-        found["material.contact"] = {"choices": ["printed", "potential"], "start": material.get("contact", "printed")}
-        return found
+            offered["material.softening"] = {"choices": list(SOFTENING), "start": softening}
+        offered["material.contact"] = {"choices": ["printed", "potential"], "start": material.get("contact", "printed")}
+        return offered
 
     def answer(self, changes: Mapping[str, Any], over: str | None = None) -> dict[str, Any]:
         """Curve, crack profile at the peak and at the end, softening curve and numbers of a run with some keys changed; or
@@ -87,13 +84,13 @@ class Explorer:
         clock, error, result = time.perf_counter(), "", None
         try:
             scene = self._changed(changes)
-            result = run(scene, self._prepared(scene))
+            result = run(scene, self._prepared(scene.given(_NOTCH) if _NOTCH in self.controls() else None))
         except NotConverged as stopped:
             error, result = str(stopped), stopped.result if isinstance(stopped.result, Result) else None
         except (SceneError, MeshError, ParameterError) as refused:
             return {"error": str(refused)}
-        found = {"error": error, "seconds": time.perf_counter() - clock}
-        return found | (_shown(result, over) if result is not None and result.steps else {})
+        facts = {"error": error, "seconds": time.perf_counter() - clock}
+        return facts | (_shown(result, over) if result is not None and result.steps else {})
 
     def toml(self, changes: Mapping[str, Any]) -> str:
         """The scene as a file."""
@@ -137,10 +134,10 @@ class Explorer:
         """
         try:
             ends = {key: (self.controls()[key]["low"], self.controls()[key]["high"]) for key in _FITTED}
-            found = fit(self._changed(changes), ends, reference=self._reference(text, name))
+            fitted = fit(self._changed(changes), ends, reference=self._reference(text, name))
         except (SceneError, MeshError, ParameterError, NotConverged) as refused:
             return {"error": str(refused)}
-        return {"values": found.values, "summary": found.summary()}
+        return {"values": fitted.values, "summary": fitted.summary()}
 
     def _reference(self, text: str | None, name: str) -> Reference | None:
         """The measured curves of a file with this text, or those of the scene."""
@@ -160,15 +157,6 @@ class Explorer:
             raise SceneError(f"{unknown[0]}: not a control of this page; expected one of {', '.join(offered)}", unknown[0])
         scene = self.scene.with_(**{"output.frames": 5}) if frames else self.scene
         return scene.with_(**changes)
-
-    def _prepared(self, scene: Scene) -> Prepared:
-        """The kept mesh of a notch; the one that was used longest ago goes."""
-        notch = scene.given("specimen.notch") if _NOTCH in self.controls() else None
-        kept = self._kept.pop(notch, None) or prepare(self._changed({} if notch is None else {_NOTCH: notch}))
-        self._kept[notch] = kept
-        while len(self._kept) > _KEPT:
-            self._kept.pop(next(iter(self._kept)))
-        return kept
 
 
 def _shown(result: Result, over: str | None) -> dict[str, Any]:

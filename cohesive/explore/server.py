@@ -66,12 +66,12 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             asked = json.loads(self.rfile.read(length))
             with self.server.running:
-                found = action(self.server.explorer, dict(asked.get("changes", {})), asked)
+                answer = action(self.server.explorer, dict(asked.get("changes", {})), asked)
         except SceneError as error:
-            found = {"error": str(error)}
+            answer = {"error": str(error)}
         except (ValueError, TypeError, KeyError, AttributeError) as error:
-            found = {"error": f"the request cannot be read: {error}"}
-        self._send(json.dumps(found).encode(), "application/json")
+            answer = {"error": f"the request cannot be read: {error}"}
+        self._send(json.dumps(answer).encode(), "application/json")
 
     def _path(self) -> str | None:
         """What stands behind the token; None for another token, or a name that is not this machine's."""

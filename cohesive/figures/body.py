@@ -15,7 +15,7 @@ from meshing.cells import CELLS
 
 from ..arrays import Array, Index
 from ..elements.rotations import major_stress
-from ..results.fields import Frame, Planes
+from ..results.fields import Frame, Planes, magnification
 from .cells import corners_of, fill_cells
 from .drawing import new_figure, save, set_title
 from .solid import draw_body, draw_crack, frame_body, seen_ratio, solid_axes
@@ -130,7 +130,7 @@ def _warped(data: RunData, frame: Frame) -> tuple[Array, float]:
     """Nodes of the deformed body, and by what its displacements are magnified."""
     points, u = data.fields.mesh.points, frame.displacement
     size = float(np.ptp(points, axis=0).max())
-    factor = _magnification(0.06 * size / max(float(np.linalg.norm(u, axis=1).max()), 1e-300))
+    factor = magnification(size, float(np.linalg.norm(u, axis=1).max()))
     return points + factor * u, factor
 
 
@@ -161,9 +161,3 @@ def _draw_planes(axes: Axes, planes: Planes, cells: Index, faces: list[Array]) -
     centre, size = corners.mean(axis=1), np.ptp(corners, axis=1).min(axis=1)
     along = 0.5 * size[:, None] * planes.normal[shown][:, ::-1] * [-1.0, 1.0]
     axes.add_collection(LineCollection(list(np.stack([centre - along, centre + along], axis=1)), colors="C3", linewidths=0.8))
-
-
-def _magnification(factor: float) -> float:
-    """Rounded down to 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** np.floor(np.log10(factor))
-    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= factor * (1 + 1e-9)))

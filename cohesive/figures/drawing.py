@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 import warnings
-from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,11 +14,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ..arrays import Array
-from ..results.agreement import agreements
 from ..results.measures import label_of
 
 if TYPE_CHECKING:
-    from ..measured.curve import Reference
+    from ..measured.curve import Measured
     from ..results.run_data import RunData
 
 #: measured curves of fewer points are drawn with a mark for each
@@ -50,9 +48,9 @@ def save_curve(data: RunData, path: Path) -> None:
 
 
 def draw_curve(axes: Axes, data: RunData) -> None:
-    """The curve that the scene asks for; without one the load over the way of a platen that moves both ways, else over what
+    """The curve that the scene asks for; without one the load over the travel of a platen that moves both ways, else over what
     `RunData.controlled` says."""
-    history, reference = data.history, data.reference
+    history = data.history
     name, over = data.scene.output.curve or (data.controlled, "load")
     if data.drives_both_ways and data.scene.output.curve is None:
         label, x, y = abscissa(data)
@@ -60,8 +58,8 @@ def draw_curve(axes: Axes, data: RunData) -> None:
     else:
         x, y = history[name], history[over]
         axes.set(xlabel=_label(data, name), ylabel=_label(data, over))
-        if reference is not None and (name, over) == (reference.against, "load"):
-            draw_reference(axes, reference, history)
+        if over == "load":
+            draw_reference(axes, data, name, with_distance=True)
     axes.plot(x, y, color="C0", label="crack band" if data.is_smeared else "discrete crack")
     peak = int(np.nanargmax(y))
     largest = f"{'peak' if over == 'load' else 'largest'} {y[peak]:.5g} {data.unit_of(over)}"
@@ -79,7 +77,7 @@ def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Arr
     """Name and values (mm) of what the load (N) is drawn over, and the load.
 
     The load is drawn over a column of the history, that in charge unless one is given; for a platen that moves both ways over
-    its way, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
+    its travel, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
     """
     load, measure = data.history["load"], measure or data.controlled
     if not data.drives_both_ways:
@@ -87,33 +85,38 @@ def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Arr
     stage = data.history["stage"].astype(int)
     begins = np.flatnonzero(np.diff(stage)) + 1
     turned = [row for row in begins if data.scene.stages[stage[row] - 1].angle is not None]
-    way = data.way
-    return "way of the platen, there and back", np.insert(way, turned, way[turned]), np.insert(load, turned, np.nan)
+    travel = data.drive_travel
+    return "travel of the platen, there and back", np.insert(travel, turned, travel[turned]), np.insert(load, turned, np.nan)
 
 
-def draw_reference(axes: Axes, reference: Reference | None, history: Mapping[str, Array] | None = None) -> None:
-    """The measured curves or bands that the scene names; with a history how far it lies from them."""
-    if reference is None:
+def draw_reference(axes: Axes, data: RunData, measure: str, with_distance: bool = False) -> None:
+    """The measured curves or bands that the scene names, if they go over this measure, and how far the run lies from them."""
+    reference = data.reference
+    if reference is None or reference.against != measure or data.drives_both_ways:
         return
     several, mean = len(reference.curves) > 1, reference.mean()
-    found = {} if history is None else {each.name: each for each in agreements(reference, history)}
+    judged = {each.name: each for each in data.agreement} if with_distance else {}
     for i, each in enumerate(reference.curves):
         label = reference.label + (f", {len(reference.curves)} tests" if several else "") if i == 0 else None
-        if each.is_band:
-            band = axes.fill_between(each.x, *each.bounds, color="0.85")
-            band.set_label(f"{label}, band" if label else "")
-            for bound in each.bounds:
-                axes.plot(each.x, bound, ".", color="0.6", markersize=4)
-        else:
-            if not several and each.name in found:
-                label = f"{label}, rms {100 * found[each.name].rms:.1f} % of its peak"
-            axes.plot(
-                each.x, each.y, "o-" if len(each.x) < _FEW else "-", color="0.6", markersize=3, linewidth=0.8, label=label
-            )
+        if label and each.is_band:
+            label = f"{label}, band"
+        elif not several and each.name in judged:
+            label = f"{label}, rms {100 * judged[each.name].rms:.1f} % of its peak"
+        draw_measured(axes, each, "0.6", label)
     if mean is not None:
         curve = mean[0]
-        rms = f", rms {100 * found[curve.name].rms:.1f} % of its peak" if curve.name in found else ""
+        rms = f", rms {100 * judged[curve.name].rms:.1f} % of its peak" if curve.name in judged else ""
         axes.plot(curve.x, curve.y, "--", color="0.3", linewidth=1.0, label=f"{curve.name}{rms}")
+
+
+def draw_measured(axes: Axes, measured: Measured, colour: str, label: str | None = None) -> None:
+    """A measured curve, or a band with its bounds."""
+    if measured.is_band:
+        axes.fill_between(measured.x, *measured.bounds, color=colour, alpha=0.3, linewidth=0.0, label=label)
+        axes.plot(measured.x, np.stack(measured.bounds, axis=1), ".", color=colour, markersize=4)
+        return
+    style = "o-" if len(measured.x) < _FEW else "-"
+    axes.plot(measured.x, measured.y, style, color=colour, markersize=3, linewidth=0.8, label=label)
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -131,7 +134,7 @@ def set_title(figure: Figure, *lines: str) -> None:
 
 
 def fitted(text: str, width: int, lines: int) -> list[str]:
-    """A text in so many lines of so many characters; it ends in "..." if it is too long. No controls."""
+    """A text in a number of lines of a number of characters; it ends in "..." if it is too long. No controls."""
     clean = "".join(each if each.isprintable() else " " for each in text)
     return textwrap.wrap(clean, width, max_lines=lines, placeholder=" ...")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -68,8 +68,8 @@ def spread(points: Array, size: float) -> Array:
 def _draw_support(axes: Axes, mark: Mark, size: float, middle: Array, labels: set[str]) -> None:
     """Triangles with their tips on the body; a line below those that roll along the others' direction."""
     rank = np.linalg.matrix_rank(mark.directions)
-    way = mark.directions[int(abs(mark.directions[:, -1]).argmax())]  # the upright one, if there is one
-    outward = np.sign(way @ (mark.points.mean(axis=0) - middle) or -1.0) * way
+    upright = mark.directions[int(abs(mark.directions[:, -1]).argmax())]  # if there is one
+    outward = np.sign(upright @ (mark.points.mean(axis=0) - middle) or -1.0) * upright
     across = np.array([-outward[1], outward[0]])
     side = _TRIANGLE * size
     meaning = _label("held" if rank == 2 else "held along the triangle, free across", labels)
@@ -87,21 +87,26 @@ def _draw_support(axes: Axes, mark: Mark, size: float, middle: Array, labels: se
 
 def _draw_drive(axes: Axes, mark: Mark, size: float, points: Array, labels: set[str]) -> None:
     """Arrows along which the load acts: with their heads on the body if they point into it, else with their tails."""
-    for direction in mark.directions:
-        for at, way in ((mark.points, direction), (mark.others, -direction)):
-            if not len(at):
-                continue
-            for place in spread(at, size):
-                begins = -1.0 if _goes_in(place, way, points) else 0.0
-                ends = place + np.outer([begins, begins + 1.0], _ARROW * size * way)
-                _arrow(axes, *ends)
+    for at, direction in _pushed(mark):
+        for place in spread(at, size):
+            begins = -1.0 if _goes_in(place, direction, points) else 0.0
+            ends = place + np.outer([begins, begins + 1.0], _ARROW * size * direction)
+            _arrow(axes, *ends)
     axes.plot([], [], marker=_ARROW_MARK, color=_MOVED, linestyle="", markersize=12, label=f"driven: {mark.name}")
 
 
-def _goes_in(place: Array, way: Array, points: Array) -> bool:
-    """Whether a way from a place leads into the box around a body."""
-    along = abs(way) > 1e-9
-    ahead = (place + 1e-3 * np.ptp(points) * way)[along]
+def _pushed(mark: Mark) -> Iterator[tuple[Array, Array]]:
+    """The locations that a drive moves, each with the directions that it does so; its counterpart goes against them."""
+    for direction in mark.directions:
+        for at, towards in ((mark.points, direction), (mark.others, -direction)):
+            if len(at):
+                yield at, towards
+
+
+def _goes_in(place: Array, direction: Array, points: Array) -> bool:
+    """Whether a direction leads from a place into the box around a body."""
+    along = abs(direction) > 1e-9
+    ahead = (place + 1e-3 * np.ptp(points) * direction)[along]
     return bool(((points.min(axis=0)[along] < ahead) & (ahead < points.max(axis=0)[along])).all())
 
 
@@ -143,12 +148,10 @@ def draw_solid_marks(axes: Axes3D, given: Sequence[Mark], points: Array) -> None
     for mark in given:
         if mark.kind != DRIVE:
             continue
-        for direction in mark.directions:
-            for at, way in ((mark.points, direction), (mark.others, -direction)):
-                if len(at):
-                    middle = at.mean(axis=0)
-                    start = on_axes(middle - 2.0 * _ARROW * size * way if _goes_in(middle, way, points) else middle)
-                    axes.quiver(*start, *on_axes(way), length=2.0 * _ARROW * size, color=_MOVED, linewidth=2.0)
+        for at, direction in _pushed(mark):
+            middle, length = at.mean(axis=0), 2.0 * _ARROW * size
+            start = on_axes(middle - length * direction if _goes_in(middle, direction, points) else middle)
+            axes.quiver(*start, *on_axes(direction), length=length, color=_MOVED, linewidth=2.0)
         axes.plot([], [], [], marker=_ARROW_MARK, color=_MOVED, linestyle="", markersize=12, label=f"driven: {mark.name}")
 
 

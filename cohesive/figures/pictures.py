@@ -1,4 +1,4 @@
-"""The pictures among a run's files. One that cannot be drawn costs a sentence, not the run."""
+"""The pictures among a run's files. One that cannot be drawn is reported; the run continues."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def solid_axes(figure: Figure, place: tuple[float, float, float, float], points:
     """
     axes = figure.add_axes(place, projection="3d", proj_type="ortho")
     assert isinstance(axes, Axes3D)
-    wide, high = _frame(axes, points)
+    wide, high = frame_body(axes, points)
     left, bottom, *sides = place
     width, height = sides * figure.get_size_inches()
     side = min(_FILLED * width / wide, _FILLED * height / high) / figure.get_size_inches()
@@ -55,11 +55,6 @@ def seen_ratio(points: Array) -> float:
     wide = abs(np.array([np.sin(a), np.cos(a), 0.0])) @ sides
     high = abs(np.array([np.sin(e) * np.cos(a), np.sin(e) * np.sin(a), np.cos(e)])) @ sides
     return float(high / wide)
-
-
-def frame_body(axes: Axes3D, points: Array) -> None:
-    """Let a body with nodes at some points fill axes that are there, with equal scales."""
-    _frame(axes, points)
 
 
 def draw_body(axes: Axes3D, data: RunData, warped: Array, stress: Array) -> Poly3DCollection:
@@ -123,7 +118,7 @@ def on_axes(points: Array) -> Array:
     return np.asarray(points[..., _ON_AXES])
 
 
-def _frame(axes: Axes3D, points: Array) -> Array:
+def frame_body(axes: Axes3D, points: Array) -> Array:
     """Equal scales, labels, and a zoom with which a body with nodes at some points fills a square; its width and height in
     parts of it."""
     low, high = (on_axes(bound) for bound in (points.min(axis=0), points.max(axis=0)))

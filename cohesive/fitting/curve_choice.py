@@ -84,7 +84,7 @@ def fit_curves(
     Parameters
     ----------
     scenes, vary : as in `fit`; the numbers of a curve are added
-    curves : names of registered curves, "kink" with both its numbers free, or "points:4", so many points with free
+    curves : names of registered curves, "kink" with both its numbers free, or "points:4", 4 points with free
         openings and stresses, in place of ft and Gf
     options : as in `fit`
 
@@ -111,15 +111,15 @@ def fit_curves(
 
 
 def _warnings(fits: Mapping[str, Fit]) -> list[str]:
-    found = []
+    sentences = []
     for name, one in fits.items():
         m = len(one.values)
         if one.effective_rows < _FOR_EACH * m and one.interval_kind != "feasible":
-            found.append(
+            sentences.append(
                 f"warning: {name} asks {m} numbers of residuals that are worth {one.effective_rows:.1f} independent ones; its "
                 "intervals say what they are good for"
             )
-    return found
+    return sentences
 
 
 def _with_curve(

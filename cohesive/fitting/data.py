@@ -15,7 +15,7 @@ from ..measured.curve import Measured, Reference, outside
 #: pieces of equal length into which a curve with more rows is gathered
 PIECES = 100
 
-#: a run stands at each of so many measured places; at so many of a curve with more
+#: number of measured places up to which a run stands at each; number of those of a curve with more
 ROWS, TARGETS = 200, 100
 
 LOSSES = ("linear", "soft_l1", "band")
@@ -101,23 +101,29 @@ class Data:
         return [float(value) for value in x[apart]]
 
     def gap(self, load: Array) -> tuple[Array, Array]:
-        """Distances of computed loads (n,) from the measured ones, over the peak, and their slopes in the load times the peak.
-
-        With the loss "band" a second part of as many pulls towards the middle.
-        """
+        """Distances of computed loads (n,) from the measured ones, over the peak, and their slopes in load over peak."""
         if self.loss != "band":
             return (load - self.middle) / self.peak, np.ones_like(load)
         away = outside(load, self.low, self.high)
         return away / self.peak, (away != 0.0).astype(float)
 
-    def pull(self, load: Array) -> Array:
-        """What pulls a fit of a band to its middle, (n,)."""
-        return np.asarray(_PULL * (load - self.middle) / self.peak)
-
     @property
-    def pull_slope(self) -> float:
-        """Slope of `pull` in the load, times the peak."""
-        return _PULL
+    def count(self) -> int:
+        """Number of residuals, p; twice as many with the loss "band"."""
+        return int(self.gather.shape[0]) * (2 if self.loss == "band" else 1)
+
+    def residuals(self, load: Array) -> Array:
+        """What computed loads (n,) leave in each piece, (count,); with the loss "band" a second half pulls to its middle."""
+        return self._gathered(self.gap(load)[0], (load - self.middle) / self.peak)
+
+    def jacobian(self, load: Array, slopes: Array) -> Array:
+        """Derivatives of the residuals, (count, m), with those of the loads, (n, m), N."""
+        relative = slopes / self.peak
+        return self._gathered(self.gap(load)[1][:, None] * relative, relative)
+
+    def _gathered(self, gap: Array, off_middle: Array) -> Array:
+        parts = [self.gather @ gap, *([self.gather @ (_PULL * off_middle)] if self.loss == "band" else [])]
+        return np.concatenate(parts)
 
     def inside(self, load: Array) -> int:
         """How many of the computed loads lie within the bounds."""

@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ..arrays import Array
-from ..errors import SceneError
 from ..law.concrete import Concrete
 from ..law.softening_choice import softening_name
 
@@ -111,16 +110,3 @@ EXPORTS: Mapping[str, tuple[str, Callable[[Concrete], str]]] = {
     "diana": (".dat", _diana),
     "atena": (".txt", _atena),
 }
-
-
-def exported(program: str, concrete: Concrete) -> str:
-    """The curve as input of a program, see `EXPORTS`.
-
-    Raises
-    ------
-    SceneError
-        For a name that is not known.
-    """
-    if program not in EXPORTS:
-        raise SceneError(f"export = {program!r}: expected one of {', '.join(EXPORTS)}", "export")
-    return EXPORTS[program][1](concrete)

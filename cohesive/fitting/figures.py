@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..figures.drawing import draw_measured, new_figure
 from ..scenes.scene import Scene
 from .problem import FitEvaluation, FitProblem
 
@@ -32,7 +33,7 @@ def draw(
     samples : softening curves of a scene, by its index: the fitted one, then those drawn from its covariance
     values, intervals : of the numbers, by name
     """
-    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
+    figure = new_figure(11.0, 6.0)
     parts = figure.add_gridspec(2, 2, width_ratios=(1.25, 1.0), height_ratios=(2.2, 1.0))
     over, left, curve = (
         figure.add_subplot(parts[0, 0]), figure.add_subplot(parts[1, 0]), figure.add_subplot(parts[:, 1])
@@ -56,17 +57,10 @@ def _draw_loads(axes: Axes, problem: FitProblem, best: FitEvaluation, scenes: Se
         colour = _COLOURS[i % len(_COLOURS)]
         name = f" ({scenes[i].title})" if several else ""
         for k, each in enumerate(data.curves):
-            label = None if k else f"measured{name}"
-            if each.is_band:
-                axes.fill_between(each.x, *each.bounds, color=colour, alpha=0.2, linewidth=0.0, label=label)
-            else:
-                style = "." if len(each.x) > 100 else "o"
-                axes.plot(each.x, each.y, style, color=colour, markersize=3 if style == "." else 4, alpha=0.5, label=label)
+            draw_measured(axes, each, "0.6" if not several else colour, None if k else f"measured{name}")
         x, y = np.r_[0.0, rows.history[data.against]], np.r_[0.0, rows.history["load"]]
         axes.plot(x, y, color=colour, label=f"fit{name}")
-    axes.set_ylabel("load (N)")
-    axes.set_ylim(bottom=0.0)
-    axes.set_xlim(left=0.0)
+    axes.set(ylabel="load (N)", ylim=(0.0, None), xlim=(0.0, None))
     axes.legend(fontsize="small")
     axes.set_title(f"rms {100 * problem.rms(best):.2f} % of the peak", fontsize="medium")
     axes.tick_params(labelbottom=False)
@@ -78,8 +72,7 @@ def _draw_residuals(axes: Axes, problem: FitProblem, best: FitEvaluation) -> Non
         axes.plot(data.x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=5 if len(gap) <= 100 else 2)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
     against = {data.against for data in problem.data}
-    axes.set_xlabel(f"{' / '.join(sorted(against))} (mm)")
-    axes.set_ylabel("fit - measured\n(% of the peak)")
+    axes.set(xlabel=f"{' / '.join(sorted(against))} (mm)", ylabel="fit - measured\n(% of the peak)")
 
 
 def _draw_softening(axes: Axes, scenes: Sequence[Scene], samples: Callable[[int], Sequence[Any]]) -> None:
@@ -97,8 +90,6 @@ def _draw_softening(axes: Axes, scenes: Sequence[Scene], samples: Callable[[int]
             axes.fill_between(w, low, high, color=colour, alpha=0.2, linewidth=0.0, label="95 % band (covariance)")
         name = f" ({scenes[i].title})" if len(distinct) > 1 else ""
         axes.plot(w, stresses[0], color=colour, label=f"fitted curve{name}")
-    axes.set_xlabel("crack opening w (mm)")
-    axes.set_ylabel("stress (MPa)")
-    axes.set_xlim(0.0, last)
-    axes.set_ylim(0.0, 1.8 * max(float(materials[i].ft) for i in distinct))
+    top = 1.8 * max(float(materials[i].ft) for i in distinct)
+    axes.set(xlabel="crack opening w (mm)", ylabel="stress (MPa)", xlim=(0.0, last), ylim=(0.0, top))
     axes.legend(fontsize="small")

@@ -87,7 +87,7 @@ def fit(
         Default: of each scene its own, "band" for a measured band, else "linear"
     weights : "arc": a curve of more than 100 rows is averaged over 100 pieces of equal length; "rows": each row counts
     own : keys of which each scene has its own number, named KEY@1, KEY@2
-    starts : from so many places; beyond the first by Latin hypercube. All distinct minima are reported
+    starts : number of places to start from; beyond the first by Latin hypercube. All distinct minima are reported
     profile : whether intervals come from profile likelihood, else from the covariance
     scatter : {key: standard deviation} of numbers that are known to scatter, as specimen.notch; goes into the intervals
     check : whether the fit is run once more on the mesh that the rule gives with the fitted numbers
@@ -102,25 +102,25 @@ def fit(
     >>> from cohesive import Scene, fit, run
     >>> beam = Scene.load("notched-beam")
     >>> measured = run(beam.with_(**{"material.ft": 3.0})).history
-    >>> found = fit(beam, {"material.ft": (1.0, 6.0)}, reference=(measured["opening"], measured["load"]), check=False)
-    >>> print(f"{found.values['material.ft']:.2f} MPa")
+    >>> fitted = fit(beam, {"material.ft": (1.0, 6.0)}, reference=(measured["opening"], measured["load"]), check=False)
+    >>> print(f"{fitted.values['material.ft']:.2f} MPa")
     3.00 MPa
     """
     each = [scenes] if isinstance(scenes, Scene) else list(scenes)
     problem = _problem(each, vary, reference, loss, weights, own)
     first = _first(problem)
     _refuse_unseen(problem, first)
-    found_minima = minima(problem, _starts(problem, starts))
-    best = problem.evaluate(found_minima[0].z)
+    distinct = minima(problem, _starts(problem, starts))
+    best = problem.evaluate(distinct[0].z)
     added = _scatter(problem, best, scatter or {})
-    found = statistics(problem, best, added)
-    kind, ends = _intervals(problem, best, found, profile)
+    spread = statistics(problem, best, added)
+    kind, ends = _intervals(problem, best, spread, profile)
     if profile and kind == "profile" and added is not None:
-        half = found.quantile * np.sqrt(np.diag(added))
+        half = spread.quantile * np.sqrt(np.diag(added))
         ends = best.z[:, None] + np.sign(ends - best.z[:, None]) * np.hypot(ends - best.z[:, None], half[:, None])
     ends = np.clip(ends, best.z[:, None] - _FURTHEST, best.z[:, None] + _FURTHEST)
-    words = in_words(problem.parameters, best.z, ends, found.correlation, found.count, kind == "feasible")
-    return Fit(each, problem, found_minima, best, found, ends, kind, words, check)
+    words = in_words(problem.parameters, best.z, ends, spread.correlation, spread.count, kind == "feasible")
+    return Fit(each, problem, distinct, best, spread, ends, kind, words, check)
 
 
 def _problem(
@@ -225,19 +225,19 @@ def _starts(problem: FitProblem, count: int) -> list[Array]:
     """The scaled numbers from which a fit is started."""
     if count < 1:
         raise SceneError(f"starts = {count}: expected at least 1", "starts")
-    found = [inside(problem.parameters, problem.start)]
+    starts = [inside(problem.parameters, problem.start)]
     if count > 1:
         from scipy.stats import qmc  # slow to import
 
         low, high = np.array([each.bounds for each in problem.parameters]).T
         sample = qmc.LatinHypercube(len(low), seed=1).random(count - 1)
-        found += [inside(problem.parameters, z) for z in low + sample * (high - low)]
-    return found
+        starts += [inside(problem.parameters, z) for z in low + sample * (high - low)]
+    return starts
 
 
 def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
     """The distinct minima, the best one first."""
-    found: list[Minimum] = []
+    distinct: list[Minimum] = []
     middle = np.array([each.bounds for each in problem.parameters]).mean(axis=1)
     for start in starts:
         solved = minimize(problem, start, strict=True)
@@ -248,16 +248,16 @@ def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
             solved = minimize(problem, start, strict=True)
         if solved is None:
             continue
-        twins = [one for one in found if abs(one.z - solved[0]).max() < _DISTINCT]
-        found = [one for one in found if one not in twins]
+        twins = [one for one in distinct if abs(one.z - solved[0]).max() < _DISTINCT]
+        distinct = [one for one in distinct if one not in twins]
         best = min([_minimum(problem, *solved, starts=0), *twins], key=lambda one: one.cost)
-        found.append(replace(best, starts=1 + sum(one.starts for one in twins)))
-    if not found:
+        distinct.append(replace(best, starts=1 + sum(one.starts for one in twins)))
+    if not distinct:
         solved = minimize(problem, starts[0])
         if solved is None:
             raise SceneError("no start of the fit runs; expected other bounds")
-        found.append(_minimum(problem, *solved, starts=0))
-    return sorted(found, key=lambda one: one.cost)
+        distinct.append(_minimum(problem, *solved, starts=0))
+    return sorted(distinct, key=lambda one: one.cost)
 
 
 def _minimum(problem: FitProblem, z: Array, cost: float, evaluations: int, starts: int) -> Minimum:
@@ -269,7 +269,7 @@ def minimize(
 ) -> tuple[Array, float, int] | None:
     """The minimum next to a start: numbers, sum of squares, evaluations.
 
-    None if the start does not run; if `strict` also if the way down ends where it leads on: at numbers with which there is no
+    None if the start does not run; if `strict` also if the descent ends where it leads on: at numbers with which there is no
     run, or a snap.
 
     Parameters
@@ -292,7 +292,7 @@ def minimize(
     if not len(free):
         return whole, cost_of(problem, problem.residuals(whole)), 1
     room = 1e-6 * (high - low)
-    found = least_squares(
+    solution = least_squares(
         lambda z: problem.residuals(at(z)),
         np.clip(whole[free], low + room, high - room),
         jac=lambda z: problem.jacobian(at(z))[:, free],
@@ -304,13 +304,13 @@ def minimize(
         gtol=1e-10,
         max_nfev=most,
     )
-    if strict and is_stuck(found.fun, found.jac[:, found.active_mask == 0]):
+    if strict and is_stuck(solution.fun, solution.jac[:, solution.active_mask == 0]):
         return None
-    return at(found.x), 2.0 * float(found.cost), int(found.nfev)
+    return at(solution.x), 2.0 * float(solution.cost), int(solution.nfev)
 
 
 def is_stuck(residuals: Array, jacobian: Array) -> bool:
-    """Whether a way down ended though it leads on: at numbers with which there is no run, or at a snap."""
+    """Whether a descent ended though it leads on: at numbers with which there is no run, or at a snap."""
     if float(np.mean(residuals**2)) < _NOTHING or not jacobian.size:
         return False
     step = np.linalg.lstsq(jacobian, -residuals, rcond=1e-8)[0]
@@ -334,7 +334,7 @@ def violation(problem: FitProblem, evaluation: FitEvaluation) -> float:
     return float(sum(np.square(data.gap(load)[0]).sum() for load, data in rows))
 
 
-def _intervals(problem: FitProblem, evaluation: FitEvaluation, found: Statistics, profile: bool) -> tuple[str, Array]:
+def _intervals(problem: FitProblem, evaluation: FitEvaluation, statistics: Statistics, profile: bool) -> tuple[str, Array]:
     """Kind and scaled ends of the intervals."""
 
     def refit(j: int, fixed: float, near: Array) -> tuple[Array, float]:
@@ -352,8 +352,8 @@ def _intervals(problem: FitProblem, evaluation: FitEvaluation, found: Statistics
         return "feasible", feasible_ends(problem, evaluation.z, refit)
     if profile:
         cost = cost_of(problem, evaluation.residuals)
-        return "profile", profile_ends(problem, evaluation.z, cost, found, refit)
-    return "covariance", covariance_ends(problem, evaluation.z, found)
+        return "profile", profile_ends(problem, evaluation.z, cost, statistics, refit)
+    return "covariance", covariance_ends(problem, evaluation.z, statistics)
 
 
 def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[str, float]) -> Array | None:
@@ -366,7 +366,7 @@ def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[st
     for key, deviation in scatter.items():
         if key in varied_keys:
             raise SceneError(f"scatter {key}: it is varied; expected a number that the fit takes as known", key)
-        if not 0.0 < deviation < np.inf:
+        if isinstance(deviation, bool) or not isinstance(deviation, (int, float)) or not 0.0 < deviation < np.inf:
             raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
         parts = []
         for i, (repeated, data) in enumerate(zip(problem.repeated, problem.data, strict=True)):
@@ -375,10 +375,7 @@ def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[st
             moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
             other = FitProblem([moved], [data], [])
             shifted = other.evaluate(np.zeros(0)).loads[0]
-            change = (shifted - evaluation.loads[i]) / data.peak
-            parts.append(data.gather @ change)
-            if data.loss == "band":
-                parts.append(data.pull_slope * (data.gather @ change))
+            parts.append(data.residuals(shifted) - data.residuals(evaluation.loads[i]))
         shift = np.linalg.lstsq(jacobian, np.concatenate(parts), rcond=1e-10)[0]
         added += np.outer(shift, shift)
     return added

@@ -83,44 +83,44 @@ def statistics(problem: FitProblem, evaluation: FitEvaluation, scatter: Array | 
 
 def sequences(problem: FitProblem, residuals: Array) -> list[Array]:
     """The residuals of each curve along it."""
-    found, at = [], 0
+    pieces, at = [], 0
     for data in problem.data:
         p = data.gather.shape[0]
-        found += np.split(residuals[at : at + p], np.flatnonzero(data.starts)[1:])
-        at += p * (2 if data.loss == "band" else 1)
-    return found
+        pieces += np.split(residuals[at : at + p], np.flatnonzero(data.starts)[1:])
+        at += data.count
+    return pieces
 
 
-def covariance_ends(problem: FitProblem, z: Array, found: Statistics) -> Array:
+def covariance_ends(problem: FitProblem, z: Array, statistics: Statistics) -> Array:
     """Ends of the intervals from the covariance, (m, 2), scaled; they may lie beyond the bounds."""
-    half = found.quantile * found.deviation
+    half = statistics.quantile * statistics.deviation
     return np.stack([z - half, z + half], axis=1)
 
 
-def profile_ends(problem: FitProblem, z: Array, cost: float, found: Statistics, refit: Refit) -> Array:
+def profile_ends(problem: FitProblem, z: Array, cost: float, statistics: Statistics, refit: Refit) -> Array:
     """Ends of the intervals by profile likelihood, (m, 2), scaled: where the best fit with one number fixed is worse by
     S/S_min - 1 = t^2/(n_eff - m). An end beyond a bound is that bound."""
     ends = np.empty((len(z), 2))
     for j, each in enumerate(problem.parameters):
         low, high = each.bounds
         for side, sign, bound in ((0, -1.0, low), (1, 1.0, high)):
-            ends[j, side] = _profile_end(j, sign, bound, z, cost, found, refit)
+            ends[j, side] = _profile_end(j, sign, bound, z, cost, statistics, refit)
     return ends
 
 
-def _profile_end(j: int, sign: float, bound: float, z: Array, cost: float, found: Statistics, refit: Refit) -> float:
+def _profile_end(j: int, sign: float, bound: float, z: Array, cost: float, statistics: Statistics, refit: Refit) -> float:
     """One end, by the secant on the root of the rise, which is almost linear in the number."""
-    way, wanted = abs(bound - z[j]), found.quantile
-    step = min(found.quantile * max(float(found.deviation[j]), 1e-9), way)
-    along = found.covariance[:, j] / max(found.covariance[j, j], 1e-300)
+    room, wanted = abs(bound - z[j]), statistics.quantile
+    step = min(statistics.quantile * max(float(statistics.deviation[j]), 1e-9), room)
+    along = statistics.covariance[:, j] / max(statistics.covariance[j, j], 1e-300)
     inner, outer = (0.0, 0.0), (np.inf, np.inf)
     for _ in range(_FITS):
         _, worse = refit(j, float(z[j] + sign * step), z + sign * step * along)
-        rise = np.sqrt(max(worse / cost - 1.0, 0.0) * found.freedom) if cost > 0 else np.inf
+        rise = np.sqrt(max(worse / cost - 1.0, 0.0) * statistics.freedom) if cost > 0 else np.inf
         if abs(rise - wanted) <= _CLOSE * wanted:
-            return float(z[j] + sign * min(step * wanted / rise, way))
+            return float(z[j] + sign * min(step * wanted / rise, room))
         if rise < wanted:
-            if step >= way:
+            if step >= room:
                 return bound
             inner = (step, rise)
         else:
@@ -129,7 +129,7 @@ def _profile_end(j: int, sign: float, bound: float, z: Array, cost: float, found
             part = (wanted - inner[1]) / (outer[1] - inner[1])
             step = inner[0] + float(np.clip(part, 0.1, 0.9)) * (outer[0] - inner[0])
         else:
-            step = min(step * min(wanted / max(rise, 1e-9), 3.0), way) if rise > 0 else min(3.0 * step, way)
+            step = min(step * min(wanted / max(rise, 1e-9), 3.0), room) if rise > 0 else min(3.0 * step, room)
     return float(z[j] + sign * step)
 
 
@@ -157,28 +157,28 @@ def feasible_ends(problem: FitProblem, z: Array, refit: Refit, steps: int = 4) -
 
 def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: Array, count: float, is_set: bool) -> list[str]:
     """What the test does not see, one sentence each; else that it sees everything."""
-    found = []
+    sentences = []
     at_bound = _at_bounds(parameters, z)
     for each, is_at in zip(parameters, at_bound, strict=True):
         if is_at:
-            found.append(f"{each.short} stands at its bound, which decides it and not the data")
+            sentences.append(f"{each.short} stands at its bound, which decides it and not the data")
     for i in range(len(z)):
         for j in range(i):
             if abs(correlation[i, j]) >= _TRADES:
                 pair = f"{parameters[j].short} and {parameters[i].short}"
-                found.append(f"{pair} trade: r = {correlation[i, j]:.2f}".replace("0.", "."))
+                sentences.append(f"{pair} trade: r = {correlation[i, j]:.2f}".replace("0.", "."))
     for each, at, (low, high) in zip(parameters, z, ends, strict=True):
         value, bottom, top = each.value(float(at)), each.value(float(low)), each.value(float(high))
         if top - bottom > 2.0 * _WIDE * abs(value):
-            found.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
+            sentences.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
     if not is_set and count < 2.0 * len(z) + 1.0:
-        found.append(
+        sentences.append(
             f"the residuals are worth {count:.1f} independent ones, which hardly bear {len(z)} numbers: fewer would do as well"
         )
-    if not found:
+    if not sentences:
         largest = float(abs(correlation - np.eye(len(z))).max()) if len(z) > 1 else 0.0
-        found.append(f"every number is seen on its own: largest correlation {largest:.2f}")
-    return found
+        sentences.append(f"every number is seen on its own: largest correlation {largest:.2f}")
+    return sentences
 
 
 def _at_bounds(parameters: Sequence[Varied], z: Array) -> Mask:

@@ -76,15 +76,15 @@ def varied(scenes: Sequence[Scene], vary: Mapping[str, tuple[float, float]], own
     for key in own:
         if key not in vary:
             raise SceneError(f"own: {key} is not varied; expected some of {', '.join(vary)}", key)
-    found = []
+    numbers = []
     for key, bounds in vary.items():
         low, high = _bounds(key, bounds)
         groups = [(i,) for i in range(len(scenes))] if key in own and len(scenes) > 1 else [tuple(range(len(scenes)))]
         for group in groups:
             start = value_of(scenes[group[0]], key)
             name = key if len(groups) == 1 else f"{key}@{group[0] + 1}"
-            found.append(Varied(name, key, group, low, high, min(max(start, low), high)))
-    return found
+            numbers.append(Varied(name, key, group, low, high, min(max(start, low), high)))
+    return numbers
 
 
 def _bounds(key: str, bounds: tuple[float, float]) -> tuple[float, float]:

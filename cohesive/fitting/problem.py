@@ -102,12 +102,8 @@ class FitProblem:
             return self._last
         rows = [self._run(i, self.values(z, i)) for i in range(len(self.repeated))]
         loads = [at_rows(each, data)[0] for each, data in zip(rows, self.data, strict=True)]
-        parts = []
-        for load, data in zip(loads, self.data, strict=True):
-            parts.append(data.gather @ data.gap(load)[0])
-            if data.loss == "band":
-                parts.append(data.gather @ data.pull(load))
-        self._last = FitEvaluation(z.copy(), loads, np.concatenate(parts), rows)
+        residuals = [data.residuals(load) for load, data in zip(loads, self.data, strict=True)]
+        self._last = FitEvaluation(z.copy(), loads, np.concatenate(residuals), rows)
         return self._last
 
     def _run(self, i: int, values: dict[str, float]) -> Rows:
@@ -133,58 +129,46 @@ class FitProblem:
         try:
             return self.evaluate(z).residuals
         except FAILURES:
-            return np.full(self.count, np.nan)
+            return np.full(sum(data.count for data in self.data), np.nan)
 
     @property
     def loss(self) -> str:
         """That of all scenes; of scenes that differ theirs, joined by "and"."""
         return " and ".join(dict.fromkeys(data.loss for data in self.data))
 
-    @property
-    def count(self) -> int:
-        """Number of the residuals."""
-        return sum(int(data.gather.shape[0]) * (2 if data.loss == "band" else 1) for data in self.data)
-
     def jacobian(self, z: Array) -> Array:
         """Derivatives of the residuals in the scaled numbers, (p, m)."""
         evaluation = self.evaluate(z)
-        return np.concatenate([self._block(i, evaluation) for i in range(len(self.repeated))])
+        each = enumerate(zip(self.data, evaluation.loads, strict=True))
+        return np.concatenate([data.jacobian(load, self.slopes(i, evaluation)) for i, (data, load) in each])
 
     def slopes(self, i: int, evaluation: FitEvaluation) -> Array:
         """Derivatives of the computed loads of a scene at its measured rows in the scaled numbers, (n, m), N."""
-        if i not in evaluation.slopes:
-            evaluation.slopes[i] = self._slopes(i, evaluation, evaluation.z)
-        return evaluation.slopes[i]
-
-    def _slopes(self, i: int, evaluation: FitEvaluation, z: Array) -> Array:
+        if i in evaluation.slopes:
+            return evaluation.slopes[i]
+        z = evaluation.z
         repeated, data, rows, values = self.repeated[i], self.data[i], evaluation.rows[i], self.values(z, i)
         mine = [j for j, each in enumerate(self.parameters) if i in each.scenes]
         exact = [j for j in mine if repeated.is_exact([self.parameters[j].key], rows.scene.stages)]
-        found = np.zeros((len(data.x), len(z)))
+        slopes = np.zeros((len(data.x), len(z)))
         if exact:
             keys = [self.parameters[j].key for j in exact]
             columns = repeated.derivatives(rows, values, keys, energies=data.against not in ("load", "opening", "driven"))
             for j, key in zip(exact, keys, strict=True):
-                found[:, j] = at_rows(rows, data, columns[key])[1]
+                slopes[:, j] = at_rows(rows, data, columns[key])[1]
         for j in set(mine) - set(exact):
             key = self.parameters[j].key
             half = _OF_A_MESH * (abs(values[key]) or 1.0)
             runs = (repeated.run({**values, key: values[key] + by}, rows.scene.stages) for by in (-half, half))
             low, high = (at_rows(each, data)[0] for each in runs)
-            found[:, j] = (high - low) / (2.0 * half)
-        return np.asarray(found * np.array([each.slope(float(at)) for each, at in zip(self.parameters, z, strict=True)]))
-
-    def _block(self, i: int, evaluation: FitEvaluation) -> Array:
-        data, slopes = self.data[i], self.slopes(i, evaluation) / self.data[i].peak
-        block = data.gather @ (data.gap(evaluation.loads[i])[1][:, None] * slopes)
-        if data.loss == "band":
-            block = np.concatenate([block, data.pull_slope * (data.gather @ slopes)])
-        return np.asarray(block)
+            slopes[:, j] = (high - low) / (2.0 * half)
+        evaluation.slopes[i] = slopes * np.array([each.slope(float(at)) for each, at in zip(self.parameters, z, strict=True)])
+        return evaluation.slopes[i]
 
 
 def _steps(stage: Stage) -> float:
     """Number of steps of a stage if none is cut."""
-    return sum(stage.count(abs(way)) for way in np.diff([0.0, *stage.targets])) * (2.0 if stage.unload else 1.0)
+    return sum(stage.count(abs(length)) for length in np.diff([0.0, *stage.targets])) * (2.0 if stage.unload else 1.0)
 
 
 def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:

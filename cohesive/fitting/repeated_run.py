@@ -86,20 +86,15 @@ class RepeatedRun:
         self.condensations += 1
         return prepare(scene)
 
-    def model(self, scene: Scene) -> Model:
-        """The model of a scene that differs from the last one in some values."""
-        try:
-            return self._prepared.model_of(self._prepared.scene_of(scene))
-        except SceneError:  # another mesh or another stiffness
-            self._prepared = self._prepare(scene)
-            return self._prepared.model
-
-    def _built(self, scene: Scene) -> Model:
-        """The same, for this once."""
+    def model(self, scene: Scene, keeps: bool = True) -> Model:
+        """The model of a scene that differs from the last one in some values; of another mesh or another stiffness one that is
+        kept for the runs to come, or not."""
         try:
             return self._prepared.model_of(self._prepared.scene_of(scene))
         except SceneError:
-            return self._prepare(scene).model
+            prepared = self._prepare(scene)
+            self._prepared = prepared if keeps else self._prepared
+            return prepared.model
 
     def run(self, values: Mapping[str, float], stages: Sequence[Stage] | None = None, tol: float | None = None) -> Rows:
         """Run with some values changed.
@@ -153,21 +148,21 @@ class RepeatedRun:
         problem, first = rows.model.problem, rows.model.problem.initial()
         rates = Sensitivity(problem, rows.steps, parameters, rows.dead).rates(energies)
         self.sensitivities += 1
-        found = {}
+        by_key = {}
         states = [step.equilibrium.state for step in rows.steps]
         for key, half, (start, *rate) in zip(keys, halves, rates, strict=True):
             there = replace(problem, start=moved(first, start, half)) if rows.dead else problem
             far = [rows.model.recorded(there, moved(state, each, half)) for state, each in zip(states, rate, strict=True)]
-            found[key] = {
+            by_key[key] = {
                 name: (np.array([record[name] for record in far]) - column) / half for name, column in rows.history.items()
             }
-        return found
+        return by_key
 
     def _changed(self, rows: Rows, values: Mapping[str, float], key: str, value: float) -> Problem:
         """The problem of a run with another number; one of the law needs no scene, and no model."""
         problem = rows.model.problem
         if not _is_of_law(key) or (key == "material.E" and rows.scene.specimen.regions()):
-            return self._built(self.scene.with_(**{**values, key: value})).problem
+            return self.model(self.scene.with_(**{**values, key: value}), keeps=False).problem
         own = rows.scene.material
         material, law = _with_number(own, key, value), problem.point_law
         point_law = replace(law, plane=CrackPlane(material, law.plane.width))  # type: ignore[type-var, attr-defined]
@@ -179,7 +174,7 @@ class RepeatedRun:
         self, values: Mapping[str, float], keys: Sequence[str], stages: Sequence[Stage], targets: Callable[[Rows], Index]
     ) -> dict[str, dict[str, Array]]:
         """Central differences of whole runs at the rows of given targets, {key: {column: (k,) array}}."""
-        found = {}
+        by_key = {}
         for key in keys:
             value = value_of(self.scene.with_(**values), key)
             half = _OF_A_RUN * (abs(value) or 1.0)
@@ -188,15 +183,15 @@ class RepeatedRun:
             )
             at = [targets(rows) for rows in (below, above)]
             k = min(len(rows) for rows in at)
-            found[key] = {
+            by_key[key] = {
                 name: (above.history[name][at[1][:k]] - below.history[name][at[0][:k]]) / (2.0 * half)
                 for name in above.history
             }
-        return found
+        return by_key
 
 
 class _Counted:
-    """A stiffness that solves so many systems and no more; in all else it is the one it is made of."""
+    """A stiffness that solves a number of systems and no more; in all else it is the one it is made of."""
 
     def __init__(self, stiffness: Stiffness, most: int) -> None:
         self._stiffness, self._most, self._count = stiffness, most, 0

@@ -18,7 +18,7 @@ from ..results.files import make_folder, write_file, write_scene, write_table, w
 from ..results.inputs import copy_inputs
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
-from .export import EXPORTS, exported
+from .export import EXPORTS
 from .intervals import Statistics
 from .problem import FAILURES, FitEvaluation, FitProblem, at_rows
 from .repeated_run import RepeatedRun
@@ -77,27 +77,27 @@ class Fit:
         problem: FitProblem,
         minima: list[Minimum],
         best: FitEvaluation,
-        found: Statistics,
+        statistics: Statistics,
         ends: Array,
         kind: str,
         words: list[str],
         check: bool,
     ) -> None:
-        self.problem, self.minima, self.best, self.statistics = problem, minima, best, found
+        self.problem, self.minima, self.best, self.statistics = problem, minima, best, statistics
         self.values = minima[0].values
         self.rms = minima[0].rms
-        self.interval_kind, self.identifiable, self.correlation = kind, words, found.correlation
+        self.interval_kind, self.identifiable, self.correlation = kind, words, statistics.correlation
         self.intervals = {
             each.name: (each.value(float(low)), each.value(float(high)))
             for each, (low, high) in zip(problem.parameters, ends, strict=True)
         }
-        self.effective_rows = found.count
+        self.effective_rows = statistics.count
         self.runs = sum(repeated.runs for repeated in problem.repeated)
         self.condensations = sum(repeated.condensations for repeated in problem.repeated)
         self.sensitivities = sum(repeated.sensitivities for repeated in problem.repeated)
         self._given = list(scenes)
-        told = self._reading_notes() + self._fixed_note() + self._run_notes() + self._minima_notes()
-        self.notes = told + (self._checked() if check else [])
+        self.notes = self._reading_notes() + self._fixed_note() + self._run_notes() + self._minima_notes()
+        self.notes += self._checked() if check else []
 
     @cached_property
     def scenes(self) -> list[Scene]:
@@ -107,11 +107,11 @@ class Fit:
     @cached_property
     def evaluations(self) -> list[Evaluation]:
         """What each measured curve of a notched beam says without a model, to stand beside the fitted numbers."""
-        found = []
+        evaluations = []
         for scene, data in zip(self._given, self.problem.data, strict=True):
             each = [without_mass(curve, scene.given("specimen")) for curve in data.curves]
-            found += [one for one in each if one is not None]
-        return found
+            evaluations += [one for one in each if one is not None]
+        return evaluations
 
     @property
     def scene(self) -> str:
@@ -128,14 +128,14 @@ class Fit:
         z = self.best.z
         draws = np.random.default_rng(0).multivariate_normal(z, self.statistics.covariance, count)
         low, high = np.array([each.bounds for each in self.problem.parameters]).T
-        found = [self.scenes[scene].material.curve]
+        curves = [self.scenes[scene].material.curve]
         for draw in draws:
             try:
                 values = self.problem.values(np.clip(draw, low, high), scene)
-                found.append(self._given[scene].with_(**values).material.curve)
+                curves.append(self._given[scene].with_(**values).material.curve)
             except FAILURES:
                 continue
-        return found
+        return curves
 
     def summary(self) -> str:
         """The printed summary."""
@@ -202,8 +202,8 @@ class Fit:
         names = ["scene", "curve", "x_mm", "measured_N", "low_N", "high_N", "computed_N"]
         write_table(folder / "fit.csv", names, self._rows())
         material = self.scenes[0].material
-        for name, (suffix, _) in EXPORTS.items():
-            write_text(folder / f"softening-{name}{suffix}", exported(name, material))
+        for name, (suffix, text_of) in EXPORTS.items():
+            write_text(folder / f"softening-{name}{suffix}", text_of(material))
         for i, scene in enumerate(self.scenes, start=1):
             home = folder if len(self.scenes) == 1 else folder / f"scene-{i}"
             make_folder(home)
@@ -222,14 +222,14 @@ class Fit:
         return list(dict.fromkeys(f"{curve.name}: {note}" for curve in curves for note in curve.notes))
 
     def _fixed_note(self) -> list[str]:
-        found = []
+        sentences = []
         for repeated in self.problem.repeated:
             sizes, width = repeated.scene.sizes, repeated.scene.interface.width
             mesh = "" if sizes is None else f"crack_size {sizes.crack_size:.4g}, far_size {sizes.far_size:.4g} mm"
             plane = "" if width is None or isinstance(width, str) else f"width of the crack plane {width:.4g} mm"
             text = ", ".join(part for part in (mesh, plane) if part)
-            found.append(f"kept for the whole fit: {text}")
-        return list(dict.fromkeys(found))
+            sentences.append(f"kept for the whole fit: {text}")
+        return list(dict.fromkeys(sentences))
 
     def _run_notes(self) -> list[str]:
         """What the runs with the fitted numbers say."""

@@ -57,8 +57,8 @@ def sensitivities(scene: Scene, keys: Sequence[str]) -> Sensitivities:
     Examples
     --------
     >>> from cohesive import Scene, sensitivities
-    >>> found = sensitivities(Scene.load("notched-beam"), ["material.ft"])
-    >>> bool(found.derivatives["material.ft"]["load"].max() > 0), found.is_exact
+    >>> moved = sensitivities(Scene.load("notched-beam"), ["material.ft"])
+    >>> bool(moved.derivatives["material.ft"]["load"].max() > 0), moved.is_exact
     (True, True)
     """
     for i, stage in enumerate(scene.stages):
@@ -75,8 +75,8 @@ def sensitivities(scene: Scene, keys: Sequence[str]) -> Sensitivities:
     rows = repeated.run({}, stages)
     at = target_rows(rows)
     if exact:
-        found = repeated.derivatives(rows, {}, keys)
-        derivatives = {key: {name: column[at] for name, column in columns.items()} for key, columns in found.items()}
+        by_key = repeated.derivatives(rows, {}, keys)
+        derivatives = {key: {name: column[at] for name, column in columns.items()} for key, columns in by_key.items()}
     else:
         derivatives = repeated.differences({}, keys, stages, target_rows)
     history = {name: column[at] for name, column in rows.history.items()}
@@ -85,10 +85,10 @@ def sensitivities(scene: Scene, keys: Sequence[str]) -> Sensitivities:
 
 def with_all_steps(stages: Sequence[Stage]) -> list[Stage]:
     """The stages with each of their equal steps as a target, so far as it is known where they begin."""
-    found: list[Stage] = []
+    refined: list[Stage] = []
     last, control = 0.0, stages[0].control
     for stage in stages:
-        known = stage.control == control and not (stage.redirects and found)
+        known = stage.control == control and not (stage.redirects and refined)
         targets: list[float] = []
         for target in stage.targets:
             if known:
@@ -98,9 +98,9 @@ def with_all_steps(stages: Sequence[Stage]) -> list[Stage]:
                 targets.append(target)
             last, known = target, True
         whole = len(targets) > len(stage.targets)
-        found.append(replace(stage, to=targets, steps=1, step=None) if whole else stage)
+        refined.append(replace(stage, to=targets, steps=1, step=None) if whole else stage)
         control = stage.control
-    return found
+    return refined
 
 
 def target_rows(rows: Rows) -> Index:
@@ -108,7 +108,7 @@ def target_rows(rows: Rows) -> Index:
     tol = max(rows.model.problem.tol, 1e-9)
     wanted = [(i, stage.control, target) for i, stage in enumerate(rows.scene.stages, start=1) for target in stage.targets]
     spread = max(abs(target) for _, _, target in wanted)
-    found, k = [], 0
+    rows_at_targets, k = [], 0
     for row, step in enumerate(rows.steps):
         while k < len(wanted) and wanted[k][0] < step.stage:
             k += 1
@@ -116,6 +116,6 @@ def target_rows(rows: Rows) -> Index:
             break
         number, control, target = wanted[k]
         if step.stage == number and step.control == control and abs(step.value - target) <= 4.0 * tol * spread:
-            found.append(row)
+            rows_at_targets.append(row)
             k += 1
-    return np.array(found, dtype=np.intp)
+    return np.array(rows_at_targets, dtype=np.intp)

@@ -1,4 +1,4 @@
-"""A plane body in which cracks grow: where a straight way from a tip meets a face, a notch or another crack."""
+"""A plane body in which cracks grow: where a straight line from a tip meets a face, a notch or another crack."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SLACK = 1e-7
 
 @dataclass(frozen=True)
 class Hit:
-    """Where a straight way ends.
+    """Where a straight line ends.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Body:
         return float(np.ptp(np.asarray(self.faces[0], dtype=float), axis=0).max())
 
     def first_hit(self, start: Point, heading: Array, cracks: Iterable[Line] = ()) -> Hit | None:
-        """What a straight way meets first; None if it starts outside and leads nowhere.
+        """What a straight line meets first; None if it starts outside and leads nowhere.
 
         Parameters
         ----------
@@ -62,7 +62,7 @@ class Body:
         obstacles += [("another crack", line) for line in cracks]
         best: tuple[float, str] | None = None
         for what, line in obstacles:
-            distance = _way_to(np.asarray(start), heading, np.asarray(line, dtype=float), _SLACK * self.size)
+            distance = _distance_along(np.asarray(start), heading, np.asarray(line, dtype=float), _SLACK * self.size)
             if distance is not None and (best is None or distance < best[0]):
                 best = distance, what
         if best is None:
@@ -74,27 +74,15 @@ class Body:
         """Whether a point lies on a polyline."""
         return distance_to(point, [line]) < _SLACK * self.size
 
-    def is_inside(self, point: Point) -> bool:
-        """Whether a point lies within the body, not on its faces: by the number of faces that a way to the right crosses."""
-        x, y = point
-        inside = False
-        for face in self.faces:
-            if self.is_on(point, [*face, face[0]]):
-                return False
-            for (ax, ay), (bx, by) in pairwise([*face, face[0]]):
-                if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-                    inside = not inside
-        return inside
 
-
-def _way_to(start: Array, heading: Array, line: Array, slack: float) -> float | None:
-    """Distance from a start to a polyline (k, 2) along a heading, mm; None if the way does not meet it."""
+def _distance_along(start: Array, heading: Array, line: Array, slack: float) -> float | None:
+    """Distance from a start to a polyline (k, 2) along a heading, mm; None if the line does not meet it."""
     across = np.array([-heading[1], heading[0]])
     along, off = (line - start) @ heading, (line - start) @ across
-    found = [float(t) for t, o in zip(along, off, strict=True) if abs(o) < slack and t > slack]  # its corners
+    distances = [float(t) for t, o in zip(along, off, strict=True) if abs(o) < slack and t > slack]  # its corners
     for (t0, o0), (t1, o1) in pairwise(zip(along, off, strict=True)):
         if (o0 < 0) != (o1 < 0) and abs(o1 - o0) > slack:
             t = float(t0 + (t1 - t0) * o0 / (o0 - o1))
             if t > slack:
-                found.append(t)
-    return min(found, default=None)
+                distances.append(t)
+    return min(distances, default=None)

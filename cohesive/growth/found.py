@@ -50,7 +50,7 @@ class FoundPath:
     vertices : of the found paths; none for a path that follows from symmetry
     faces, slits : outline of the body
     notes : for the reader of the results
-    seconds, mesh_seconds : of the search, and of meshing in it
+    seconds : of the search
     """
 
     lines: list[Line]
@@ -60,4 +60,3 @@ class FoundPath:
     slits: list[Line]
     notes: list[str]
     seconds: float
-    mesh_seconds: float

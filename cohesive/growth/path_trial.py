@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,22 +36,29 @@ _RUN_UP, _SHORTLY_BEFORE = 6, 0.8
 
 
 @dataclass(frozen=True)
-class CriticalState:
-    """The state in which a tip is critical.
+class TipState:
+    """What a tip sees in a state of the body.
 
     Attributes
     ----------
     reading : Reading ahead of the tip
+    stress : largest averaged hoop stress there, MPa
     load, opening : N, mm
     control : what the stage controls
     slide : sliding over opening close behind the tip; nan where nothing is open
     """
 
     reading: Reading
+    stress: float
     load: float
     opening: float
     control: float
     slide: float
+
+    def towards(self, other: TipState, share: float) -> TipState:
+        """A state between two."""
+        pairs = [(getattr(self, name), getattr(other, name)) for name in ("stress", "load", "opening", "control", "slide")]
+        return TipState(self.reading.towards(other.reading, share), *(a + share * (b - a) for a, b in pairs))
 
 
 @dataclass
@@ -65,16 +71,16 @@ class PathTrial:
     probes : one ahead of each tip
     critical : of each tip; None: it was never critical
     at_peak : reading ahead of each tip at the largest load
-    timings : seconds, of the model
+    mesh_seconds : of meshing
     is_whole : whether it ran to the end, for all tips
     ended : why the run ended early; empty if it did not
     """
 
     lines: list[Line]
     probes: list[Probe]
-    critical: list[CriticalState | None]
+    critical: list[TipState | None]
     at_peak: list[Reading]
-    timings: dict[str, float] = field(default_factory=dict)
+    mesh_seconds: float = 0.0
     is_whole: bool = False
     ended: str = ""
 
@@ -93,22 +99,20 @@ def run_trial(
     first_only : end with the state in which the first tip is critical
     before : what the first stage controls when the tip before was critical
     """
-    clock = time.perf_counter()
     scene = scene.along(lines)
     model = build(scene)
     stress = NodalStress.from_blocks(model.bulk)
     probes = [Probe.from_tip(stress, tip, heading, radius) for tip, heading in tips]
     nothing = [probe.nothing for probe in probes]
-    trial = PathTrial(lines, probes, [None] * len(tips), nothing, dict(model.timings), not first_only)
+    trial = PathTrial(lines, probes, [None] * len(tips), nothing, model.timings["mesh"], not first_only)
     _march(trial, model, _stages(scene.stages, first_only, before), scene, largest_turn)
-    trial.timings["whole"] = time.perf_counter() - clock
     return trial
 
 
 def _march(trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene, largest_turn: float) -> None:
     """Fill a trial step by step."""
     control = control_of(scene.stages[0].control)
-    old = [_Seen(probe.nothing, 0.0, 0.0, 0.0, 0.0, math.nan) for probe in trial.probes]
+    old = [TipState(probe.nothing, 0.0, 0.0, 0.0, 0.0, math.nan) for probe in trial.probes]
     most, last = list(old), list(old)
     peak = 0.0
     target = CRITICAL * scene.material.ft
@@ -121,7 +125,9 @@ def _march(trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene
             values = model.cracks.point_values(step.equilibrium.state)
             readings = [probe.read(displacement) for probe in trial.probes]
             new = [
-                _Seen(reading, probe.strongest(reading, largest_turn)[1], *numbers, _slide(probe, model.cracks.where, values))
+                TipState(
+                    reading, probe.strongest(reading, largest_turn)[1], *numbers, _slide(probe, model.cracks.where, values)
+                )
                 for probe, reading in zip(trial.probes, readings, strict=True)
             ]
             if abs(record["load"]) > peak:  # of either sign: what is pushed may split
@@ -136,43 +142,18 @@ def _march(trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene
         trial.ended = str(error)
     for i, (top, end) in enumerate(zip(most, last, strict=True)):  # stress that has passed its largest value
         if trial.critical[i] is None and end.stress < top.stress and top.stress > NEARLY_CRITICAL * scene.material.ft:
-            trial.critical[i] = top.critical
+            trial.critical[i] = top
 
 
 def _slide(probe: Probe, where: Array, values: dict[str, Array]) -> float:
     """Sliding over opening of the crack behind a tip, within the radius of its probe."""
-    way = where - np.asarray(probe.tip)
-    behind = (np.hypot(*way.T) < probe.radius) & (way @ unit(probe.heading) < 0)
+    offset = where - np.asarray(probe.tip)
+    behind = (np.hypot(*offset.T) < probe.radius) & (offset @ unit(probe.heading) < 0)
     opening = float(values["opening"][behind].sum())
     return float(values["sliding"][behind].sum()) / opening if opening > 0 else math.nan
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """The stress ahead of a tip in a state: its reading, the largest averaged hoop stress, where the run is, the sliding."""
-
-    reading: Reading
-    stress: float
-    load: float
-    opening: float
-    control: float
-    slide: float
-
-    @property
-    def critical(self) -> CriticalState:
-        return CriticalState(self.reading, self.load, self.opening, self.control, self.slide)
-
-    def towards(self, other: _Seen, share: float) -> _Seen:
-        """A state between two."""
-        numbers = (a + share * (b - a) for a, b in zip(self.numbers, other.numbers, strict=True))
-        return _Seen(self.reading.towards(other.reading, share), *numbers)
-
-    @property
-    def numbers(self) -> tuple[float, ...]:
-        return self.stress, self.load, self.opening, self.control, self.slide
-
-
-def _reached(old: list[_Seen], new: list[_Seen], target: float, together: bool) -> dict[int, CriticalState]:
+def _reached(old: list[TipState], new: list[TipState], target: float, together: bool) -> dict[int, TipState]:
     """The tips that become critical between two states, each in its own; if `together`, all that are nearly critical in the
     state in which the first one is."""
     share = {
@@ -181,10 +162,10 @@ def _reached(old: list[_Seen], new: list[_Seen], target: float, together: bool) 
         if a.stress < target <= b.stress
     }
     if not share or not together:
-        return {i: old[i].towards(new[i], part).critical for i, part in share.items()}
+        return {i: old[i].towards(new[i], part) for i, part in share.items()}
     first = min(share.values())
     between = [a.towards(b, first) for a, b in zip(old, new, strict=True)]
-    return {i: seen.critical for i, seen in enumerate(between) if seen.stress >= _TOGETHER * target}
+    return {i: seen for i, seen in enumerate(between) if seen.stress >= _TOGETHER * target}
 
 
 def _stages(stages: Sequence[Stage], first_only: bool, before: float | None) -> Sequence[Stage]:

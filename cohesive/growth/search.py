@@ -50,9 +50,9 @@ def find_path(scene: Scene) -> FoundPath:
     return Search(scene).find()
 
 
-def found_scene(scene: Scene, found: FoundPath) -> Scene:
+def found_scene(scene: Scene, path: FoundPath) -> Scene:
     """The scene with the found paths, which runs without the search."""
-    lines = [[list(point) for point in line] for line in found.lines]
+    lines = [[list(point) for point in line] for line in path.lines]
     return scene.without_search(lines[0] if len(lines) == 1 else lines)
 
 
@@ -86,7 +86,7 @@ class Search:
             lines = [*([*face, face[0]] for face in self.body.faces), *self.body.slits]
             if not any(self.body.is_on(at, line) for line in lines):
                 key = f"grow.starts.{i}.at"
-                raise SceneError(f"{key} = {list(at)}: expected a point of a face or of a notch", key)
+                raise SceneError.at(key, f" = {list(at)}: expected a point of a face or of a notch")
         starts = [*self.scene.specimen.starts, *given]
         return [Crack(((float(x), float(y)),), (math.atan2(dy, dx),)) for (x, y), (dx, dy) in starts]
 
@@ -124,8 +124,8 @@ class Search:
                     cracks[i] = cracks[i].with_fixed_direction(
                         "the stresses ahead favour no direction", self.segment, self.body, others
                     )
-        raise SceneError(f"grow.segment = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones",
-                         "grow.segment")  # fmt: skip
+        says = f" = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones"
+        raise SceneError.at("grow.segment", says)
 
     def _without_sliding(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
         """The turn, radians, with which a crack does not slide at the tip of its next segment: by two trials, the first with
@@ -150,7 +150,7 @@ class Search:
         """All cracks with fixed directions, for no tip is critical any more."""
         if all(len(crack.points) == 1 for crack in cracks):
             why = trial.ended or "the stress ahead stays below the strength"
-            raise SceneError(f"specimen.crack = 'grow': no crack starts before the last stage ends, {why}", "specimen.crack")
+            raise SceneError.at("specimen.crack", f" = 'grow': no crack starts before the last stage ends, {why}")
         for i in growing:
             cracks[i] = cracks[i].with_fixed_direction("the run ends first", self.segment, self.body, other_lines(cracks, i))
         return cracks
@@ -189,11 +189,11 @@ class Search:
                 is_clear = critical is not None and probe.is_clear(critical.reading, turn, stress)
                 old = crack.headings[len(headings[-1]) + 1]
                 headings[-1].append(old + _RELAXATION * (probe.heading + turn - old) if is_clear else None)
-        found: dict[int, Crack] = {}
+        regrown: dict[int, Crack] = {}
         for i in sorted(range(len(cracks)), key=lambda i: cracks[i].end == "another crack"):
-            others: list[Line] = [list(other.points) for other in found.values()]
-            found[i] = self._regrown(cracks[i], headings[i], others)
-        return [found[i] for i in range(len(cracks))]
+            others: list[Line] = [list(other.points) for other in regrown.values()]
+            regrown[i] = self._regrown(cracks[i], headings[i], others)
+        return [regrown[i] for i in range(len(cracks))]
 
     def _regrown(self, crack: Crack, headings: Sequence[float | None], others: list[Line]) -> Crack:
         """A crack from its start with other headings; one that is None stays as it was, the last keep their directions."""
@@ -240,14 +240,19 @@ class Search:
     def _found(self, lines: list[Line], vertices: list[Vertex], notes: list[str], clock: float) -> FoundPath:
         seconds = time.perf_counter() - clock
         passes = sum(trial.is_whole for trial in self.trials)
-        meshing = sum(trial.timings["mesh"] for trial in self.trials)
+        meshing = sum(trial.mesh_seconds for trial in self.trials)
         if self.trials:
             notes = [*notes, f"path: {len(self.trials) - passes} trials and {passes} passes in {seconds:.2g} s, "
                      f"{100 * meshing / seconds:.0f} % of it meshing"]  # fmt: skip
         return FoundPath(
-            lines, [trial.lines for trial in self.trials], vertices, list(self.body.faces), list(self.body.slits), notes,
-            seconds, meshing,
-        )  # fmt: skip
+            lines,
+            [trial.lines for trial in self.trials],
+            vertices,
+            list(self.body.faces),
+            list(self.body.slits),
+            notes,
+            seconds,
+        )
 
 
 def _movement(new: Crack, old: Crack) -> float:
@@ -258,7 +263,7 @@ def _movement(new: Crack, old: Crack) -> float:
 
 def _vertices(cracks: Sequence[Crack], trial: PathTrial) -> list[Vertex]:
     """The points of the paths as the last run saw them."""
-    found = []
+    vertices = []
     readings = iter(zip(trial.probes, trial.critical, trial.at_peak, strict=True))
     for number, crack in enumerate(cracks, start=1):
         for i, (x, y) in enumerate(crack.points[:-1]):
@@ -273,8 +278,8 @@ def _vertices(cracks: Sequence[Crack], trial: PathTrial) -> list[Vertex]:
             early = probe.heading + turn if probe.is_clear(at_peak, turn, stress) else nan
             is_fixed = crack.fixed_from is not None and i >= crack.fixed_from
             path, *told = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
-            found.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, is_fixed))
-    return found
+            vertices.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, is_fixed))
+    return vertices
 
 
 def _difference(a: float, b: float) -> float:

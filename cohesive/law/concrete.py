@@ -12,7 +12,7 @@ import numpy as np
 
 from meshing.keys import key
 
-from ..errors import ParameterError
+from ..errors import ParameterError, SceneError
 from .softening import Softening
 from .softening_branches import Rise, first_branch, fully_softened, opening_of_first_branch, steepest_rise
 from .softening_choice import curve_of, fixes_strength, normalized, strength_and_energy
@@ -50,7 +50,7 @@ class Concrete:
         apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
         mode I softening is not disturbed at any width (if u_phi0 <= 0).
-    contact : "printed", or "potential" for the mended form of `potential_contact`, which creates no energy in cycles at
+    contact : "printed", or "potential" for the corrected form of `potential_contact`, which creates no energy in cycles at
         constant damage and never is stiffer than the concrete.
     shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
     softening : stress over opening beyond the onset of damage, w = Z - Zt: the name of a registered curve, see
@@ -109,12 +109,12 @@ class Concrete:
             object.__setattr__(self, name, _triple(name, getattr(self, name)))
         for name in ("onset_cap", "shear_scaling"):
             if not isinstance(getattr(self, name), bool):
-                raise ParameterError(f"{name} = {getattr(self, name)!r}: expected true or false", name)
+                raise ParameterError.at(name, f" = {getattr(self, name)!r}: expected true or false")
         if self.contact not in ("printed", "potential"):
-            raise ParameterError(f"contact = {self.contact!r}: expected 'printed' or 'potential'", "contact")
+            raise ParameterError.at("contact", f" = {self.contact!r}: expected 'printed' or 'potential'")
         if self.contact == "potential" and not self.shear_scaling:
-            raise ParameterError(
-                "shear_scaling = False: contact = 'potential' does not depend on the width; expected True", "shear_scaling"
+            raise ParameterError.at(
+                "shear_scaling", " = False: contact = 'potential' does not depend on the width; expected True"
             )
         object.__setattr__(self, "softening", normalized(self.softening))
         self._follow_curve()
@@ -123,25 +123,23 @@ class Concrete:
             if name == "Zm" and (value is None or isinstance(value, Derived)):
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise ParameterError(f"{name} = {value!r}: expected a finite number", name)
+                raise ParameterError.at(name, f" = {value!r}: expected a finite number")
             if name in _POSITIVE and not value > 0:
-                raise ParameterError(f"{name} = {value!r}: expected a number above 0", name)
+                raise ParameterError.at(name, f" = {value!r}: expected a number above 0")
         if self.fc is not None and not (isinstance(self.fc, (int, float)) and 0 < self.fc < math.inf):
-            raise ParameterError(f"fc = {self.fc!r}: expected a number above 0", "fc")
+            raise ParameterError.at("fc", f" = {self.fc!r}: expected a number above 0")
         if not 0 <= self.nu < 0.5:
-            raise ParameterError(f"nu = {self.nu!r}: expected 0 <= nu < 0.5", "nu")
+            raise ParameterError.at("nu", f" = {self.nu!r}: expected 0 <= nu < 0.5")
         if self.mu_sigma < 0 or self.mu_sigma >= self.r_sigma:
-            raise ParameterError(
-                f"mu_sigma = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}", "mu_sigma"
-            )
+            raise ParameterError.at("mu_sigma", f" = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}")
         for name in ("r_z", "density"):
             if getattr(self, name) < 0:
-                raise ParameterError(f"{name} = {getattr(self, name)!r}: expected a number of at least 0", name)
+                raise ParameterError.at(name, f" = {getattr(self, name)!r}: expected a number of at least 0")
         if min(self.c) <= 0:
-            raise ParameterError(f"c = {list(self.c)}: expected three numbers above 0", "c")
+            raise ParameterError.at("c", f" = {list(self.c)}: expected three numbers above 0")
         if min(self.p) < 0 or abs(sum(self.p) - 1.0) > 1e-9:
-            raise ParameterError(
-                f"p = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}", "p"
+            raise ParameterError.at(
+                "p", f" = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}"
             )
         self._follow_size()
 
@@ -156,20 +154,18 @@ class Concrete:
             for name in ("ft", "Gf"):
                 value = getattr(self, name)
                 if value is None:
-                    raise ParameterError(
-                        f"{name} is missing: expected a number above 0, or softening = {{points = ...}}", name
-                    )
+                    raise ParameterError.at(name, " is missing: expected a number above 0, or softening = {points = ...}")
                 if isinstance(value, Derived):  # from points that have been replaced
                     object.__setattr__(self, name, float(value))
             return
-        for name, found in zip(("ft", "Gf"), strength_and_energy(self.softening), strict=True):
+        for name, derived in zip(("ft", "Gf"), strength_and_energy(self.softening), strict=True):
             given = getattr(self, name)
             is_given = given is not None and not isinstance(given, Derived)
-            if is_given and not (isinstance(given, (int, float)) and abs(given - found) <= _AGREEMENT * found):
-                raise ParameterError(
-                    f"{name} = {given!r}: the softening curve has {found:.9g}; expected that, or no {name}", name
+            if is_given and not (isinstance(given, (int, float)) and abs(given - derived) <= _AGREEMENT * derived):
+                raise ParameterError.at(
+                    name, f" = {given!r}: the softening curve has {derived:.9g}; expected that, or no {name}"
                 )
-            object.__setattr__(self, name, Derived(found))
+            object.__setattr__(self, name, Derived(derived))
 
     def _follow_size(self) -> None:
         """Zm of the curve, which is made and checked here, if it was not given."""
@@ -180,10 +176,10 @@ class Concrete:
         if fixes_strength(self.softening):
             w1 = opening_of_first_branch(curve)
             if not math.isfinite(w1):
-                raise ParameterError(
-                    "Zm is missing: the softening curve rises above its first stress before it falls, which tells nothing of "
-                    "the size of the asperities; expected a length in mm",
+                raise ParameterError.at(
                     "Zm",
+                    " is missing: the softening curve rises above its first stress before it falls, which tells nothing of "
+                    "the size of the asperities; expected a length in mm",
                 )
             length = min(length, self.c1 * w1)
         object.__setattr__(self, "Zm", Derived(length))
@@ -221,6 +217,30 @@ class Concrete:
         """E times the area of the first branch over ft^2, mm: what the size of the process zone at the peak goes by. The
         exponential curve has the characteristic length."""
         return self.E * self.first_branch_work / self.ft**2
+
+    def most_dissipated(self, width: float) -> float:
+        """Energy that a crack plane of a width can dissipate at most, in shear, over Gf."""
+        shear = max(1.0, self.r_sigma**2 * self.E / self.G)
+        return float(shear * (1.0 + self.ft**2 * width / (2 * self.E * self.Gf)))
+
+    def check_units(self, crack_length: float) -> None:
+        """Refuse numbers in other units than the length of a crack in mm: their ratios are far from any concrete's.
+
+        Raises
+        ------
+        SceneError
+        """
+        if not 1e-6 < self.ft / self.E < 1e-2:
+            raise SceneError.at(
+                "material.E",
+                f" = {self.E:g}, material.ft = {self.ft:g}: ft / E = {self.ft / self.E:.1e}; expected about 1e-4, both in MPa",
+            )
+        if self.Zm > crack_length:
+            raise SceneError.at(
+                "material.Gf",
+                f" = {self.Gf:g}: softening would end at an opening of {self.Zm:.3g} mm, more than the crack's "
+                f"length of {crack_length:.3g} mm; expected Gf in N/mm (MPa mm) and lengths in mm",
+            )
 
     @classmethod
     def preset(cls, name: str, **changes: object) -> Concrete:
@@ -262,7 +282,7 @@ def with_preset(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
         For a name that is not in `PRESETS`, or a softening that is none.
     """
     if name not in PRESETS:
-        raise ParameterError(f"preset = {name!r}: expected one of {', '.join(PRESETS)}", "preset")
+        raise ParameterError.at("preset", f" = {name!r}: expected one of {', '.join(PRESETS)}")
     preset = dict(PRESETS[name])
     if fixes_strength(normalized(changes.get("softening", "exponential"))):
         del preset["ft"], preset["Gf"]
@@ -274,7 +294,7 @@ def _triple(name: str, value: object) -> tuple[float, float, float]:
     try:
         a, b, c = (float(x) for x in value)  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} = {value!r}: expected three numbers", name) from None
+        raise ParameterError.at(name, f" = {value!r}: expected three numbers") from None
     if not all(map(math.isfinite, (a, b, c))):
-        raise ParameterError(f"{name} = {value!r}: expected three finite numbers", name)
+        raise ParameterError.at(name, f" = {value!r}: expected three finite numbers")
     return a, b, c

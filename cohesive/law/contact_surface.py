@@ -137,7 +137,7 @@ class ContactSurface:
 
 def _remaining(x: Array) -> Array:
     """The integral of ln(1 + e^(-2 t)) from x to infinity, a dilogarithm."""
-    from scipy.special import spence  # the mended contact alone waits for it
+    from scipy.special import spence  # the corrected contact alone waits for it
 
     beyond = -0.5 * spence(1.0 + np.exp(-2.0 * abs(x)))
     return np.asarray(np.where(x >= 0, beyond, np.pi**2 / 12.0 + x**2 - beyond))

@@ -1,8 +1,8 @@
-"""Contact from a potential: the printed contact of eqs (8)-(20) mended, `Concrete(contact="potential")`.
+"""Contact from a potential: the printed contact of eqs (8)-(20) corrected, `Concrete(contact="potential")`.
 
 The second term of eq. (21), omega H_w g k n, has no potential, and near closure it is stiffer than the concrete around
 it. Yet its reduction by opening says what carries it: for small g, H_w k = k H w / [H w + (1 - H) h] is the elastic plane
-k in series with asperities of stiffness (1/h) diag(E, G, G) H / (1 - H), which depends on no width. The mended form
+k in series with asperities of stiffness (1/h) diag(E, G, G) H / (1 - H), which depends on no width. The corrected form
 keeps the two in series, and gives the asperities an energy per area of the jump u* that the plane leaves them:
 
     V(u*) = (G/h) W(phi(u*)) H(u1*) / [1 - H(u1*)],     dW/dphi = g,  W = 0 from c_lm uz on
@@ -156,8 +156,13 @@ def inelastic_jump(concrete: Concrete, k: Array, jump: Array, Z: Array) -> Array
             energy, slope, curvature = total_energy(m, k[who], new, jump[who], Z[who])
             good = energy <= value[who] + length[waiting] * promised[waiting]
             good |= np.linalg.norm(slope, axis=1) < half[waiting]  # if the energy's own digits are spent
-            found = who[good]
-            left[found], value[found], gradient[found], hessian[found] = new[good], energy[good], slope[good], curvature[good]
+            accepted = who[good]
+            left[accepted], value[accepted], gradient[accepted], hessian[accepted] = (
+                new[good],
+                energy[good],
+                slope[good],
+                curvature[good],
+            )
             waiting = waiting[~good]
             if not waiting.size:
                 break

@@ -12,6 +12,7 @@ curve is made from its kink; the end that the area Gf then gives, (2 - x)/y Gf/f
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Protocol, TypeVar
 
@@ -190,19 +191,8 @@ class Hordijk:
         return np.asarray(self.ft * self.end * self._area(np.minimum(w / self.end, 1.0)))
 
 
-@register_softening("petersson")
-def petersson(ft: float, Gf: float) -> PiecewiseLinear:
-    """Petersson (1981): a kink at 0.8 Gf/ft and ft/3, the end at 3.6 Gf/ft."""
-    return bilinear(ft, Gf, 0.8, 1.0 / 3.0)
+#: the kinks of bilinear curves of the literature, opening over Gf/ft and stress over ft; sources above
+_KINKS = {"petersson": (0.8, 1.0 / 3.0), "wittmann": (0.75, 0.25), "fib-2010": (1.0, 0.2)}
 
-
-@register_softening("wittmann")
-def wittmann(ft: float, Gf: float) -> PiecewiseLinear:
-    """Wittmann et al. (1988): a kink at 0.75 Gf/ft and ft/4, the end at 5 Gf/ft."""
-    return bilinear(ft, Gf, 0.75, 0.25)
-
-
-@register_softening("fib-2010")
-def fib_2010(ft: float, Gf: float) -> PiecewiseLinear:
-    """fib Model Code 2010, section 5.1.8.2: a kink at Gf/ft and 0.2 ft, the end at 5 Gf/ft."""
-    return bilinear(ft, Gf, 1.0, 0.2)
+for _name, (_x, _y) in _KINKS.items():
+    register_softening(_name)(partial(bilinear, x=_x, y=_y))

@@ -34,7 +34,7 @@ class Measured:
     against : what x is: "cmod", "opening", "deflection", "driven" or another motion; empty if nobody said
     x_unit, y_unit : the units that the file or the scene names; empty if nobody said and mm and N were taken
     notes : remarks of the reading, one sentence each, `doubt` among them
-    doubt : why its numbers cannot be meant, with the key that mends it; empty if nothing speaks against them
+    doubt : why its numbers cannot be meant, with the key that corrects it; empty if nothing speaks against them
     content : the file as it was read
     """
 
@@ -92,11 +92,11 @@ class Measured:
             If its numbers cannot be meant: a doubtful unit or sign, a load that does not change or is nowhere above 0.
         """
         if self.doubt:
-            raise SceneError(f"reference.file = {self.name!r}: {self.doubt}", "reference.file")
+            raise SceneError.at("reference.file", f" = {self.name!r}: {self.doubt}")
         if not np.ptp(self.y) > 1e-9 * abs(self.y).max() or not self.y.max() > 0:
-            raise SceneError(
-                f"reference.file = {self.name!r}: the measured load does not change, or is nowhere above 0; expected a curve",
+            raise SceneError.at(
                 "reference.file",
+                f" = {self.name!r}: the measured load does not change, or is nowhere above 0; expected a curve",
             )
         return self
 

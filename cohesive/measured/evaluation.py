@@ -71,7 +71,7 @@ def evaluate(measured: Measured, standard: str, values: Mapping[str, Any]) -> Ev
         Naming what is missing, or what speaks against the curve.
     """
     if standard not in STANDARDS:
-        raise SceneError(f"standard = {standard!r}: expected one of {', '.join(STANDARDS)}", "standard")
+        raise SceneError.at("standard", f" = {standard!r}: expected one of {', '.join(STANDARDS)}")
     beam = beam_of(values)
     function, wanted = STANDARDS[standard]
     x, y, remarks = _as_wanted(measured.without_doubt(), standard, wanted)
@@ -86,10 +86,10 @@ def beam_of(values: Mapping[str, Any]) -> Beam:
     numbers = {}
     for key, what in _ASKED.items():
         if values.get(key) is None:
-            raise SceneError(f"{key} is missing: expected {what} in mm, --set {key}=...", key)
+            raise SceneError.at(key, f" is missing: expected {what} in mm, --set {key}=...")
         numbers[key.split(".")[1]] = _number(values, key, 0.0)
     if not numbers["notch"] < numbers["depth"]:
-        raise SceneError(f"specimen.notch = {numbers['notch']:g}: expected less than the depth", "specimen.notch")
+        raise SceneError.at("specimen.notch", f" = {numbers['notch']:g}: expected less than the depth")
     mass = None if values.get("mass") is None else _number(values, "mass", 0.0)
     length = _number(values, "specimen.length", numbers["span"])
     return Beam(**numbers, length=length, mass=mass, mass_loading=_number(values, "mass_loading", 0.0))
@@ -105,17 +105,17 @@ def _as_wanted(measured: Measured, standard: str, wanted: str) -> tuple[Array, A
         kept = opening > 0
         x, y = np.r_[0.0, opening[kept]], np.r_[0.0, measured.y[kept]]
         return x, y, ["openings from the deflection, (deflection - .04 mm)/.85"]
-    raise SceneError(
-        f"reference.against = '{measured.against}': {standard} wants load over {wanted}; expected a curve with "
-        f"reference.against = '{wanted}', or another standard",
+    raise SceneError.at(
         "reference.against",
+        f" = '{measured.against}': {standard} wants load over {wanted}; expected a curve with "
+        f"reference.against = '{wanted}', or another standard",
     )
 
 
 def _number(values: Mapping[str, Any], key: str, default: float) -> float:
     value = values.get(key, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
-        raise SceneError(f"{key} = {value!r}: expected a number of at least 0", key)
+        raise SceneError.at(key, f" = {value!r}: expected a number of at least 0")
     return float(value)
 
 

@@ -75,10 +75,10 @@ def read_measured(
         choice = choose(table, x, y, against, motions)
         return _measured(path, table, choice, (x_unit, y_unit), crack_area, content)
     except (TableError, ParameterError) as error:
-        raise SceneError(f"reference.file = {path.name!r}: {error}", "reference.file") from None
+        raise SceneError.at("reference.file", f" = {path.name!r}: {error}") from None
     except OSError as error:
         reason = f"cannot be read: {error.strerror or error}"
-        raise SceneError(f"reference.file = {path.name!r}: {reason}", "reference.file") from None
+        raise SceneError.at("reference.file", f" = {path.name!r}: {reason}") from None
 
 
 def _measured(
@@ -93,9 +93,9 @@ def _measured(
     y_units = [_unit(table, column, given[1], FORCES, "y") for column in choice.y]
     values = table.values([*choice.x, *choice.y]) * [factor for _, factor in (*x_units, *y_units)]
     gauges, loads = np.split(values, [len(choice.x)], axis=1)
-    ways = np.ptp(gauges, axis=0)
-    if ways.min() < _DEAD * ways.max():
-        moved = " and ".join(f"{way:.3g}" for way in ways)
+    travels = np.ptp(gauges, axis=0)
+    if travels.min() < _DEAD * travels.max():
+        moved = " and ".join(f"{travel:.3g}" for travel in travels)
         raise TableError(f"its gauges of one quantity move by {moved} mm: expected reference.x = the column of one that lives")
     x = gauges.mean(axis=1)
     if len(x) > 1 and not np.ptp(loads, axis=0).any():
@@ -136,22 +136,22 @@ def _unit(table: TextTable, column: int, given: str | None, known: dict[str, flo
 def _offset(x: Array, load: Array, motion: str) -> tuple[float, list[str]]:
     """What a gauge shows before the test, mm, and a sentence on it and on the load that stands then."""
     peak = int(abs(load).argmax())
-    way, largest = float(x[peak] - x[0]), max(abs(float(load[peak])), 1e-300)
+    travel, largest = float(x[peak] - x[0]), max(abs(float(load[peak])), 1e-300)
     first = abs(float(load[0])) / largest
-    if not way > 0 or first > _UNLOADED:
+    if not travel > 0 or first > _UNLOADED:
         return 0.0, []
-    shift = float(x[0]) if abs(x[0]) > _OFFSET * way else 0.0
+    shift = float(x[0]) if abs(x[0]) > _OFFSET * travel else 0.0
     notes = []
     if shift:
         part = f"{100 * first:.2g} % of the largest load"
         notes.append(f"{motion} begins at {shift:.4g} mm under {part}: it is counted from there")
-    if first > _PRELOAD and abs(x[0] - shift) < 1e-3 * way:
+    if first > _PRELOAD and abs(x[0] - shift) < 1e-3 * travel:
         notes.append(f"the load at the start is {load[0]:.4g} N, {100 * first:.2g} % of the largest one, and is kept")
     return shift, notes
 
 
 def _sign(curve: Measured) -> str:
-    """One sentence with the key that mends it, if the largest load is negative while x grows; empty if it is not."""
+    """One sentence with the key that corrects it, if the largest load is negative while x grows; empty if it is not."""
     peak = int(abs(curve.y).argmax())
     if not curve.y[peak] < 0 < curve.x[peak]:
         return ""
@@ -160,7 +160,7 @@ def _sign(curve: Measured) -> str:
 
 
 def _scale(curve: Measured, crack_area: float | None) -> str:
-    """One sentence with the key that mends it, if a curve without a unit is far off what a concrete bears or opens by, and
+    """One sentence with the key that corrects it, if a curve without a unit is far off what a concrete bears or opens by, and
     another unit brings it there; empty if neither."""
     if crack_area is None:
         return ""

@@ -70,7 +70,7 @@ class Beam:
             If it is not known.
         """
         if self.mass is None:
-            raise SceneError(f"mass is missing: {standard} expects that of the beam in kg, --set mass=...", "mass")
+            raise SceneError.at("mass", f" is missing: {standard} expects that of the beam in kg, --set mass=...")
         return self.mass
 
 

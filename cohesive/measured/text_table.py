@@ -99,41 +99,22 @@ class TextTable:
         Raises
         ------
         TableError
-            At the first field that is no finite number.
+            At the first field that is no number, or is not finite.
         """
-        separator = self.dialect.separator
-        rows: Sequence[str] = self.rows
-        if self.dialect.is_quoted:  # without their quotation marks they are separated by tabs
-            rows = ["\t".join(self.dialect.fields(row)) for row in rows]
-            separator = "\t"
-        if self.dialect.decimal == ",":
-            if any("." in row and not self._is_numeric(row, columns) for row in self.rows):
-                raise self._first_wrong(columns)
-            rows = "\n".join(rows).replace(",", ".").split("\n")
-        delimiter = None if separator == _SPACE else separator
-        try:
-            values = np.loadtxt(rows, delimiter=delimiter, usecols=columns, comments=None, ndmin=2)
-        except ValueError:
-            raise self._first_wrong(columns) from None
+        values = np.empty((len(self.rows), len(columns)))
+        for row, line in enumerate(self.rows):
+            fields = self.dialect.fields(line)
+            for k, column in enumerate(columns):
+                field = fields[column]
+                if not self.dialect.is_number(field):
+                    what = f"{reprlib.repr(field)} is no number" if field else "it is empty"
+                    raise TableError(f"{self.place(row, column)}: {what}")
+                values[row, k] = float(field.replace(",", "."))
         if (wrong := np.argwhere(~np.isfinite(values))).size:
             row, k = wrong[0]
             field = self.dialect.fields(self.rows[row])[columns[k]]
             raise TableError(f"{self.place(row, columns[k])}: {reprlib.repr(field)} is not finite")
-        return np.asarray(values)
-
-    def _is_numeric(self, line: str, columns: Sequence[int]) -> bool:
-        fields = self.dialect.fields(line)
-        return all(self.dialect.is_number(fields[column]) for column in columns)
-
-    def _first_wrong(self, columns: Sequence[int]) -> TableError:
-        """The error for the first field that is no number."""
-        for row, line in enumerate(self.rows):
-            fields = self.dialect.fields(line)
-            for column in columns:
-                if not self.dialect.is_number(fields[column]):
-                    what = f"{reprlib.repr(fields[column])} is no number" if fields[column] else "it is empty"
-                    return TableError(f"{self.place(row, column)}: {what}")
-        return TableError("a number cannot be read")
+        return values
 
 
 def read_table(path: Path) -> tuple[TextTable, bytes]:

@@ -59,7 +59,7 @@ def factor_of(unit: str, known: dict[str, float], key: str) -> float:
     factor = factor_in(name, known)
     if factor is None:
         what = ", ".join(each for each in known if each.isascii())
-        raise ParameterError(f"{key} = {unit!r}: expected one of {what}, with a minus before it to turn the sign", key)
+        raise ParameterError.at(key, f" = {unit!r}: expected one of {what}, with a minus before it to turn the sign")
     return sign * factor
 
 

@@ -13,17 +13,13 @@ from ..elements.bulk import ElasticBlock
 from ..elements.interface import Interface
 from ..elements.registry import centre_rule
 from ..elements.rotations import major_strain, rotations, stress_transformation
-from ..errors import SceneError
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
+from ..law.widths import check_band_width
 from ..scenes.tables import BandOptions
 from ..solver.problem import State
-from .checks import check_units
 from .cracks import CrackPart, values_by_name
 from .mesh import CrackedMesh
-
-#: energy that a band dissipates beyond Gf, as a part of Gf: ft^2 l_ch / (2 E Gf)
-_WARN_EXCESS, _REFUSE_EXCESS = 0.05, 1.0
 
 
 class BandPart(CrackPart):
@@ -103,8 +99,8 @@ def band_part(
         width = float(np.median(np.sqrt(volumes) if mesh.dimension == 2 else np.cbrt(volumes)))
     if known is not None:
         area, width = known
-    check_units(concrete, float(np.ptp(mesh.points, axis=0).max()) if area is None else length_of(area))
-    _check_width(concrete, width, "specimen.band: width" if known is None else "band.width")
+    concrete.check_units(mesh.extent if area is None else length_of(area))
+    check_band_width(concrete, width, "specimen.band: width" if known is None else "band.width")
     law = CrackBand(
         CrackPlane(concrete, width),
         elements[0].D,
@@ -116,35 +112,3 @@ def band_part(
     operator = sp.vstack([part[0] for part in parts]).tocsr()
     where = np.concatenate([part[2] for part in parts])
     return BandPart(law, operator, weights, where, cell, area, width, along, faces)
-
-
-def _excess(concrete: Concrete, width: float) -> float:
-    """Energy that a band of a width dissipates beyond Gf, over the area of the softening curve's first branch (for the
-    exponential curve Gf): a steep first branch suffers long before Gf does."""
-    return width / (2.0 * concrete.zone_length)
-
-
-def _check_width(concrete: Concrete, width: float, key: str) -> None:
-    excess = _excess(concrete, width)
-    if excess > _REFUSE_EXCESS:
-        raise SceneError(
-            f"{key} = {width:g}: a band so wide dissipates {100 * (1 + excess):.0f} % of {_what(concrete)} "
-            f"(ft^2 l_ch / 2E is {excess:.2g} of it); expected less than {2 * concrete.zone_length:.4g} mm",
-            key.partition(":")[0],
-        )
-
-
-def band_note(concrete: Concrete, width: float) -> str | None:
-    """A warning if the band's width is felt in the energy."""
-    excess = _excess(concrete, width)
-    if excess <= _WARN_EXCESS:
-        return None
-    return (
-        f"warning: a band of {width:g} mm dissipates {100 * excess:.1f} % more than {_what(concrete)} (ft^2 l_ch / 2E); "
-        f"up to {2 * _WARN_EXCESS * concrete.zone_length:.3g} mm it is below {100 * _WARN_EXCESS:g} %"
-    )
-
-
-def _what(concrete: Concrete) -> str:
-    """What the energy of a band is compared with."""
-    return "Gf" if concrete.first_branch_work == concrete.Gf else "the softening curve's first branch"

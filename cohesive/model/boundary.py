@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from meshing.specimens import Drive, Specimen, Support
+from meshing.specimens import Drive, Support
 from meshing.specimens.base import Direction, Location
 
 from ..algebra.unknowns import Constraint
@@ -14,6 +14,7 @@ from ..arrays import Array, Index
 from ..errors import SceneError
 from ..solver.loading import Actuator
 from .mesh import CrackedMesh
+from .setup import Setup
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Boundary:
     later: Array
 
 
-def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> Boundary:
+def boundary(setup: Setup, mesh: CrackedMesh, half: bool) -> Boundary:
     """Where a specimen is held and driven.
 
     Raises
@@ -45,14 +46,10 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
     SceneError
         For a location that is not in the mesh, or a direction with another number of components.
     """
-    given = list(specimen.held(half=half))
-    if mesh.dimension == 3:
-        given += specimen.held_across(plane)
-    given = [replace(each, direction=extended(specimen, mesh, each.direction)) for each in given]
     supports: list[Constraint] = []
     yielding: list[Constraint] = []
     acting: list[float] = []
-    for support in given:
+    for support in setup.supports:
         constraints = _support(mesh, support)
         if support.stiffness is None:
             supports += constraints
@@ -62,23 +59,17 @@ def boundary(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> B
     motions: list[Constraint] = []
     drives: dict[str, Actuator] = {}
     later: list[float] = []
-    for name, drive in specimen.drives(half=half).items():
-        own = _drive(specimen, mesh, drive)
+    for name, drive in setup.drives.items():
+        own = _drive(mesh, drive)
         drives[name] = Actuator(tuple(range(len(motions), len(motions) + len(own))), is_platen=drive.shear is not None)
         motions += own
         later += [drive.spring, *(0.0 for _ in own[1:])]
     mirror = None
-    if half and mesh.crack is not None and (normal := extended(specimen, mesh, specimen.symmetry())) is not None:
-        mirror = Constraint("crack", np.unique(mesh.crack.data), normal)
+    if setup.normal is not None and mesh.crack is not None:
+        mirror = Constraint("crack", np.unique(mesh.crack.data), setup.normal)
     none = np.zeros(len(motions))
     springs = (np.append(none, acting), np.append(later, np.zeros(len(yielding))))
     return Boundary(supports, [*motions, *yielding], mirror, drives, *springs)
-
-
-def extended(specimen: Specimen, mesh: CrackedMesh, vector: Direction | None) -> Direction | None:
-    """A direction of a 2D specimen that is extruded, with its third component."""
-    is_extruded = mesh.dimension == 3 and 2 in specimen.dimensions
-    return (*vector, 0.0) if is_extruded and vector is not None and len(vector) == 2 else vector
 
 
 def _support(mesh: CrackedMesh, support: Support) -> list[Constraint]:
@@ -89,14 +80,12 @@ def _support(mesh: CrackedMesh, support: Support) -> list[Constraint]:
     return [Constraint(_name(support.at, "supports"), nodes, direction, lever=lever) for direction in directions]
 
 
-def _drive(specimen: Specimen, mesh: CrackedMesh, drive: Drive) -> list[Constraint]:
+def _drive(mesh: CrackedMesh, drive: Drive) -> list[Constraint]:
     """Its motions: one, or two of a platen or of opposed forces."""
 
-    def motion(at: Location, direction: Direction | None, lever: float | None, holds: bool | None) -> Constraint:
+    def motion(at: Location, direction: Direction, lever: float | None, holds: bool | None) -> Constraint:
         nodes = nodes_at(mesh, "drive.at", at)
-        given = extended(specimen, mesh, direction)
-        assert given is not None
-        along = _components(mesh, "drive.direction", given)
+        along = _components(mesh, "drive.direction", direction)
         return Constraint(_name(at, "drive"), nodes, along, drive.share, _lever(mesh, nodes, lever), holds)
 
     motions = [motion(drive.at, drive.direction, drive.lever, drive.holds_jumps)]
@@ -120,9 +109,8 @@ def _components(mesh: CrackedMesh, key: str, vector: Direction) -> Direction:
     """A vector, refused if it has not as many components as the mesh has dimensions."""
     if len(vector) != mesh.dimension:
         kind, expected = ("solid", "three") if mesh.dimension == 3 else ("plane", "two")
-        raise SceneError(
-            f"specimen.{key} = {[round(c, 6) for c in vector]}: the mesh is {kind}; expected {expected} numbers",
-            f"specimen.{key}",
+        raise SceneError.at(
+            f"specimen.{key}", f" = {[round(c, 6) for c in vector]}: the mesh is {kind}; expected {expected} numbers"
         )
     return vector
 
@@ -132,14 +120,13 @@ def nodes_at(mesh: CrackedMesh, key: str, at: Location) -> Index:
     if isinstance(at, str):
         if at not in mesh.sets:
             names = ", ".join(sorted(mesh.sets)) or "none"
-            raise SceneError(f"specimen.{key} = {at!r}: the mesh has no such set; it has {names}", f"specimen.{key}")
+            raise SceneError.at(f"specimen.{key}", f" = {at!r}: the mesh has no such set; it has {names}")
         return np.asarray(mesh.sets[at])
     _components(mesh, key, at)
     distance = np.linalg.norm(mesh.points - np.asarray(at), axis=1)
     size = float(np.ptp(mesh.points, axis=0).max())
     if distance.min() > 1e-6 * size:
-        raise SceneError(
-            f"specimen.{key} = {list(at)}: the nearest node is {distance.min():.3g} mm away; expected a node there",
-            f"specimen.{key}",
+        raise SceneError.at(
+            f"specimen.{key}", f" = {list(at)}: the nearest node is {distance.min():.3g} mm away; expected a node there"
         )
     return np.flatnonzero(distance < 1e-6 * size)

@@ -13,13 +13,14 @@ from meshing.errors import MeshError
 from meshing.specimens.base import MAIN_GAUGE
 
 from ..errors import ElementError, SceneError
+from ..law.widths import band_note
 from ..scenes.scene import Scene
 from ..solver.loading import Loading
-from .band import band_note, band_part
+from ..solver.stage_checks import check_stages, loadings_of
+from .band import band_part
 from .boundary import boundary
-from .checks import check_stages, loadings_of
 from .cracks import CrackPart
-from .dead_loads import dead_motion
+from .dead_loads import dead_loads, dead_motion
 from .elements import Elements
 from .equations import assembled, condensed, problem_of
 from .interface import interface_part
@@ -27,6 +28,7 @@ from .lengths import CrackLengths
 from .mesh import CrackedMesh, cracked_mesh
 from .model import Model
 from .path_size import path_size_note
+from .setup import Setup
 from .supports import check_supports
 
 
@@ -52,7 +54,7 @@ def build(
         Naming the key or the entity, its value and what was expected.
     """
     if scene.grow is not None:
-        raise SceneError("specimen.crack = 'grow': the path is not found yet; run(scene) finds it", "specimen.crack")
+        raise SceneError.at("specimen.crack", " = 'grow': the path is not found yet; run(scene) finds it")
     timings: dict[str, float] = {}
     concrete, specimen, options = scene.material, scene.specimen, scene.model
     with _timed(timings, "mesh", on_phase), _keys_named():
@@ -60,32 +62,35 @@ def build(
     with _timed(timings, "assemble", on_phase), _keys_named():
         elements = Elements.from_mesh(scene, mesh)
         cracks = _cracks(scene, mesh, elements)
+        setup = Setup.from_specimen(specimen, mesh, options.plane, options.half)
+        constraints = boundary(setup, mesh, options.half)
+        check_supports(
+            mesh, constraints, loadings_of(scene.stages, Loading.from_drives(constraints.drives, len(constraints.motions)))
+        )
+        dead = None if kept is not None else dead_loads(specimen, mesh, elements, concrete.E / elements.unit)
+        is_loaded = dead is not None if kept is None else kept.problem.dead_factor > 0
         area = cracks.area or mesh.extent * (specimen.thickness or mesh.extent)  # if nothing tells, its order
-        held = boundary(specimen, mesh, options.plane, options.half)
-        whole = assembled(scene, mesh, elements, cracks, held) if kept is None else None
-        check_supports(mesh, held, loadings_of(scene.stages, Loading.from_drives(held.drives, len(held.motions))))
-    with _timed(timings, "condense", on_phase):
-        if kept is None:
-            assert whole is not None
-            condensation, total = condensed(whole.bulk, scene.solver.condensation), whole.total_dofs
-            has_dead, with_law = whole.bulk.dead is not None, partial(problem_of, whole, condensation, held)
-        else:
-            condensation, total = kept.condensation, kept.total_dofs
-            has_dead, with_law = kept.problem.dead_factor > 0, partial(replace, kept.problem)
         law: dict[str, Any] = {
             "point_law": cracks.point_law,
-            "stiffness": condensation.stiffness.scaled(elements.unit),
             "strength": concrete.ft * area,
             "energy": concrete.Gf * area,
             "tol": scene.solver.tol,
             "secant": tangent == "secant",
-            "dead_factor": dead_motion(mesh, concrete.E) if has_dead else 0.0,
+            "dead_factor": dead_motion(mesh, concrete.E) if is_loaded else 0.0,
         }
-        problem = with_law(**law)
+        notes = _notes(scene, mesh, cracks)
+        whole = assembled(scene, mesh, elements, cracks, setup, constraints, dead) if kept is None else None
+    with _timed(timings, "condense", on_phase):
+        if kept is None:
+            assert whole is not None
+            condensation, total = condensed(whole.bulk, scene.solver.condensation), whole.total_dofs
+            with_law = partial(problem_of, whole, condensation, constraints)
+        else:
+            condensation, total, with_law = kept.condensation, kept.total_dofs, partial(replace, kept.problem)
+        problem = with_law(stiffness=condensation.stiffness.scaled(elements.unit), **law)
     unmeasured = {*specimen.gauges()} - {MAIN_GAUGE, *problem.measures}
-    check_stages(scene.stages, problem, concrete, cracks.width, unmeasured)
+    check_stages(scene.stages, problem, concrete.most_dissipated(cracks.width) * problem.energy, unmeasured)
     lengths = CrackLengths.from_specimen(specimen, cracks, problem.measures)
-    notes = _notes(scene, mesh, cracks)
     return Model(
         mesh, elements.elastic, elements.cracking, cracks, lengths, specimen.forces(), problem, condensation, total,
         timings, notes,
@@ -126,17 +131,17 @@ def _cracks(scene: Scene, mesh: CrackedMesh, elements: Elements) -> CrackPart:
 
 def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
     """What the reader of the results should know about the model."""
-    found = mesh.remarks
+    notes = mesh.remarks
     if mesh.crack is None and (warning := band_note(scene.material, cracks.width)):
-        found.append(warning)
+        notes.append(warning)
     if (
         scene.sizes is None
         and cracks.area
         and (coarse := path_size_note(mesh, scene.material, scene.specimen.crack_length_of(cracks.area)))
     ):
-        found.append(coarse)
+        notes.append(coarse)
     if scene.specimen.is_off_the_notch():
-        found.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
+        notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
     if scene.sizes is None and (length := mesh.crack_front):
-        found.append(f"the crack surface ends inside the body along {length:.4g} mm of its edge; there is the front")
-    return found
+        notes.append(f"the crack surface ends inside the body along {length:.4g} mm of its edge; there is the front")
+    return notes

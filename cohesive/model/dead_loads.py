@@ -32,25 +32,25 @@ def dead_motion(mesh: CrackedMesh, E: float) -> float:
     return _STRESS * mesh.extent / E
 
 
-def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements) -> Array | None:
-    """Forces on the nodes of a mesh, (d m,), N; None if there are none.
+def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements, E: float) -> Array | None:
+    """Forces on the nodes of a mesh for each mm of `dead_motion` with a modulus, (d m,), N/mm; None if there are none.
 
     Raises
     ------
     SceneError
         For a direction of the weight in another dimension, or a set with no face of the body.
     """
-    d = mesh.dimension
+    d, motion = mesh.dimension, dead_motion(mesh, E)
     down = specimen.gravity() or (0.0, -1.0, 0.0)[:d]
     if len(down) != d:
-        raise SceneError(f"specimen.down = {list(down)}: expected {d} numbers", "specimen.down")
+        raise SceneError.at("specimen.down", f" = {list(down)}: expected {d} numbers")
     force = np.zeros(mesh.points.shape)
     for block, density in zip([*elements.elastic, *elements.cracking], elements.densities, strict=True):
         if density.any():
             force += block.body_force(_PER_VOLUME * g * density[:, None] * np.asarray(down))
     for pressure in specimen.pressures():
         force += elements.thickness * _pressed(mesh, pressure)
-    return force.ravel() if force.any() else None
+    return force.ravel() / motion if force.any() else None
 
 
 def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
@@ -68,8 +68,7 @@ def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
         star = Star.from_cells([(cell.type, np.asarray(cell.data)) for cell in cells])
         at = (np.bincount(star.facet)[star.facet] == 1) & inside[star.nodes].all(axis=1)
         has_faces |= bool(at.any())
-        nodes, k = star.nodes[at], star.corners
-        outward = _outward(mesh.points, nodes[:, :k])
+        nodes, outward = star.nodes[at], star.outward(mesh.points)[at]
         shares = facet_of(cells[0].type).shares
         np.add.at(force, nodes, -pressure.value * shares[None, :, None] * outward[:, None, :])
     if not has_faces:
@@ -87,15 +86,3 @@ def _alike(blocks: Sequence[meshio.CellBlock]) -> list[list[meshio.CellBlock]]:
     for block in blocks:
         groups.setdefault(len(CELLS[block.type].facets[0]), []).append(block)
     return list(groups.values())
-
-
-def _outward(points: Array, corners: Array) -> Array:
-    """Normals out of the body times lengths or areas, (n, d): an edge has its cell on its left, the normal of a face's ring
-    points into its cell."""
-    p = points[corners]
-    if points.shape[1] == 2:
-        along = p[:, 1] - p[:, 0]
-        return np.stack([along[:, 1], -along[:, 0]], axis=1)
-    if corners.shape[1] == 3:
-        return np.asarray(-0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-    return np.asarray(-0.5 * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]))

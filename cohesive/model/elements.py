@@ -50,9 +50,8 @@ class Elements:
             assert scene.specimen.thickness is not None
             thickness, plane = scene.specimen.thickness, scene.model.plane
         elif scene.model.plane == "strain" and 2 not in scene.specimen.dimensions:
-            raise SceneError(
-                "model.plane = 'strain': the mesh is solid; expected no such key, and supports that hold its faces",
-                "model.plane",
+            raise SceneError.at(
+                "model.plane", " = 'strain': the mesh is solid; expected no such key, and supports that hold its faces"
             )
         own, regions = scene.material, list(scene.specimen.regions().values())
         densities = np.array([own.density, *(own.density if each.density is None else each.density for each in regions)])

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from ..algebra.bulk_matrix import bulk_stiffness
 from ..algebra.choice import Bulk, Condensation, condense
@@ -19,10 +18,10 @@ from ..solver.loading import DEAD, Actuator, Loading
 from ..solver.problem import Problem, Springs
 from .boundary import Boundary
 from .cracks import CrackPart
-from .dead_loads import dead_loads, dead_motion
 from .elements import Elements
 from .gauges import measures
 from .mesh import CrackedMesh
+from .setup import Setup
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,20 @@ class Assembled:
         return int(self.bulk.unknowns.transform.shape[1])
 
 
-def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: CrackPart, held: Boundary) -> Assembled:
+def assembled(
+    scene: Scene,
+    mesh: CrackedMesh,
+    elements: Elements,
+    cracks: CrackPart,
+    setup: Setup,
+    constraints: Boundary,
+    dead: Array | None,
+) -> Assembled:
     """The bulk with its unknowns, its dead loads and its measures.
+
+    Parameters
+    ----------
+    dead : of `dead_loads`, over `Elements.unit`
 
     Raises
     ------
@@ -56,19 +67,18 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
         For supports that contradict each other, and gauges or dead loads that the mesh has no place for.
     """
     half, representative = scene.model.half, mesh.representative
-    dead = dead_loads(scene.specimen, mesh, elements)
-    rows = measures(scene.specimen, half, mesh, cracks.faces)
+    rows = measures(scene.specimen, setup.gauges, mesh, cracks.faces)
     try:
-        unknowns = Unknowns.from_constraints(representative, held.supports, held.motions, held.mirror, int(dead is not None))
+        unknowns = Unknowns.from_constraints(
+            representative, constraints.supports, constraints.motions, constraints.mirror, int(dead is not None)
+        )
     except ValueError as error:
         raise SceneError(f"specimen.{error}", "specimen") from None
     K = bulk_stiffness(elements.of_unit, mesh.points.size)
     if half:
         K *= 2.0  # load and energies are those of the whole
         dead = None if dead is None else 2.0 * dead
-    if dead is not None:
-        dead /= dead_motion(mesh, scene.material.E / elements.unit)
-    operator = _without_cancelled(cracks.operator @ unknowns.transform)
+    operator = unknowns.seen_by(cracks.operator)
     rows = {name: row @ unknowns.transform for name, row in rows.items()}
     seen = np.zeros(unknowns.transform.shape[1], dtype=bool)
     seen[operator.indices] = True
@@ -78,14 +88,6 @@ def assembled(scene: Scene, mesh: CrackedMesh, elements: Elements, cracks: Crack
     points = np.asarray(mesh.points, dtype=float)
     bulk = Bulk(points, elements.elastic, elements.cracking, representative, unknowns, operator, np.flatnonzero(seen), K, dead)
     return Assembled(bulk, rows, cracks.weights, cracks.where)
-
-
-def _without_cancelled(operator: sp.csr_array) -> sp.csr_array:
-    """Without the entries that cancel: a jump does not see the mean motion of the faces."""
-    operator = operator.tocsr()
-    operator.data[abs(operator.data) < 1e-12] = 0.0
-    operator.eliminate_zeros()
-    return operator
 
 
 def condensed(bulk: Bulk, wanted: str) -> Condensation:
@@ -105,10 +107,10 @@ def condensed(bulk: Bulk, wanted: str) -> Condensation:
     except SceneError:  # which names its own key
         raise
     except ValueError as error:
-        raise SceneError(f"specimen: {error}", "specimen") from None
+        raise SceneError.at("specimen", f": {error}") from None
 
 
-def problem_of(whole: Assembled, condensation: Condensation, held: Boundary, **law: Any) -> Problem:
+def problem_of(whole: Assembled, condensation: Condensation, constraints: Boundary, **law: Any) -> Problem:
     """The equations on the unknowns that are left.
 
     Parameters
@@ -119,10 +121,10 @@ def problem_of(whole: Assembled, condensation: Condensation, held: Boundary, **l
     number = np.full(bulk.unknowns.transform.shape[1], -1)
     number[at] = np.arange(len(at))
     drives = number[bulk.unknowns.drives]
-    loads, springs = dict(held.drives), (held.acting, held.later)
+    loads, springs = dict(constraints.drives), (constraints.acting, constraints.later)
     if bulk.dead is not None:
         loads[DEAD] = Actuator((len(drives) - 1,))
-        springs = (np.append(held.acting, 0.0), np.append(held.later, 0.0))
+        springs = (np.append(constraints.acting, 0.0), np.append(constraints.later, 0.0))
     return Problem(
         operator=CrackOperator.from_matrix(bulk.operator[:, at].tocsr(), whole.weights, whole.where),
         drives=drives,

@@ -80,9 +80,9 @@ def check_fits(scene: Scene) -> None:
         tried = estimate(scene, middle)
         assert tried is not None
         low, high = (middle, high) if tried.memory > limit else (low, middle)
-    raise SceneError(
-        f"mesh.crack_size = {scene.sizes.crack_size:.3g} and far_size = {scene.sizes.far_size:.3g} give {expected.text}, this "
+    raise SceneError.at(
+        "mesh.crack_size",
+        f" = {scene.sizes.crack_size:.3g} and far_size = {scene.sizes.far_size:.3g} give {expected.text}, this "
         f"machine has {limit / 1e9:.2g} GB; expected at least {high * scene.sizes.crack_size:.2g} and "
         f"{high * scene.sizes.far_size:.2g} mm, or a smaller body",
-        "mesh.crack_size",
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..arrays import Array, Index
 from ..elements.interface import Interface
 from ..elements.rotations import rotations
 from ..errors import SceneError
-from .boundary import extended, nodes_at
+from .boundary import nodes_at
 from .mesh import CrackedMesh
 
 #: a node lies on one side of a crack if the elements around it do: sum of the ways to their centres along the direction across
@@ -21,7 +21,7 @@ from .mesh import CrackedMesh
 _ONE_SIDED = 0.4
 
 
-def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
+def measures(specimen: Specimen, gauges: Mapping[str, Gauge], mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
     """Opening and sliding of the main gauge, then the motion of each further gauge, as linear measures of the nodes'
     displacements, (d m,) each.
 
@@ -29,7 +29,7 @@ def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface
 
     Parameters
     ----------
-    specimen : whose gauges are taken; without a main gauge the mean jump over the crack is the opening.
+    gauges : of the specimen; without a main gauge the mean jump over the crack is the opening.
     faces : those of the crack path, if there is one.
 
     Raises
@@ -37,14 +37,10 @@ def measures(specimen: Specimen, half: bool, mesh: CrackedMesh, faces: Interface
     SceneError
         If nothing tells what the opening is, or a gauge does not measure anything.
     """
-    gauges = {
-        name: replace(gauge, direction=extended(specimen, mesh, gauge.direction))
-        for name, gauge in specimen.gauges(half=half).items()
-    }
-    main = gauges.pop(MAIN_GAUGE, None)
+    main = gauges.get(MAIN_GAUGE)
     rows = _mean_jump(specimen, mesh, faces) if main is None else _opening_and_sliding(main, mesh, faces)
     for name, gauge in gauges.items():
-        motion = _relative_motion(gauge, mesh, faces, f"gauges.{name}")
+        motion = None if gauge is main else _relative_motion(gauge, mesh, faces, f"gauges.{name}")
         if motion is not None:
             rows[name] = motion[0]
     return rows
@@ -66,9 +62,7 @@ def _opening_and_sliding(gauge: Gauge, mesh: CrackedMesh, faces: Interface | Non
     """Of the main gauge."""
     motion = _relative_motion(gauge, mesh, faces, "gauge")
     if motion is None:
-        raise SceneError(
-            "specimen.gauge_minus, specimen.gauge_plus: both name the same nodes; expected two places", "specimen.gauge_minus"
-        )
+        raise SceneError.at("specimen.gauge_minus", ", specimen.gauge_plus: both name the same nodes; expected two places")
     return dict(zip(("opening", "sliding"), motion, strict=True))
 
 
@@ -129,5 +123,5 @@ def _normal(gauge: Gauge, mesh: CrackedMesh, faces: Interface | None, apart: Arr
     length = np.hypot.reduce(mean)
     if length < 1e-9:
         expected = "leave the gauge out" if key == "gauge" else "give it a direction"
-        raise SceneError(f"specimen.{key}: the crack has no mean normal to measure along; {expected}", f"specimen.{key}")
+        raise SceneError.at(f"specimen.{key}", f": the crack has no mean normal to measure along; {expected}")
     return np.asarray((-1.0 if mean @ apart < 0 else 1.0) * mean / length)

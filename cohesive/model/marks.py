@@ -11,8 +11,9 @@ from meshing.specimens import Specimen
 from meshing.specimens.base import MAIN_GAUGE, Direction, Location
 
 from ..arrays import Array
-from .boundary import extended, nodes_at
+from .boundary import nodes_at
 from .mesh import CrackedMesh
+from .setup import Setup
 
 SUPPORT, DRIVE, GAUGE, PRESSURE = "held", "driven", "measured", "pressed"
 
@@ -47,21 +48,20 @@ def marks(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> list
     SceneError
         For a location that is not in the mesh.
     """
+    setup = Setup.from_specimen(specimen, mesh, plane, half)
     return [
-        *_supports(specimen, mesh, plane, half),
-        *_drives(specimen, mesh, half),
-        *_gauges(specimen, mesh, half),
+        *_supports(setup, mesh),
+        *_drives(setup, mesh),
+        *_gauges(setup, mesh),
         *_pressures(specimen, mesh),
     ]
 
 
-def _supports(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> list[Mark]:
+def _supports(setup: Setup, mesh: CrackedMesh) -> list[Mark]:
     """One mark for each location that is held, with all its directions."""
     by_location: dict[str, Mark] = {}
-    supports = [*specimen.held(half=half), *(specimen.held_across(plane) if mesh.dimension == 3 else [])]
-    for support in supports:
-        name = _place(support.at)
-        along = extended(specimen, mesh, support.direction)
+    for support in setup.supports:
+        name, along = _place(support.at), support.direction
         directions = np.eye(mesh.dimension) if along is None else np.array([along])
         gives = "" if support.stiffness is None else f", gives way by 1 mm under {support.stiffness:.4g} N"
         rotates = "" if support.lever is None else ", rotates freely"
@@ -70,18 +70,18 @@ def _supports(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> 
             before = by_location[name]
             own = replace(own, directions=np.concatenate([before.directions, directions]), text=before.text + own.text)
         by_location[name] = own
-    if half and mesh.crack is not None and (normal := extended(specimen, mesh, specimen.symmetry())) is not None:
+    if setup.normal is not None and mesh.crack is not None:
         crack = mesh.points[np.unique(mesh.crack.data)]
         by_location[""] = Mark(
-            SUPPORT, "the plane of symmetry", crack, np.array([normal]), _none(mesh), ", where the crack opens"
+            SUPPORT, "the plane of symmetry", crack, np.array([setup.normal]), _none(mesh), ", where the crack opens"
         )
     return [replace(mark, text=f"along {_vectors(mark.directions)}{mark.text}") for mark in by_location.values()]
 
 
-def _drives(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
+def _drives(setup: Setup, mesh: CrackedMesh) -> list[Mark]:
     drawn = []
-    for name, drive in specimen.drives(half=half).items():
-        vectors = [extended(specimen, mesh, each) for each in (drive.direction, drive.shear) if each is not None]
+    for name, drive in setup.drives.items():
+        vectors = [each for each in (drive.direction, drive.shear) if each is not None]
         others, where = _none(mesh), _place(drive.at)
         if drive.against is not None:
             others, where = _points(mesh, "drive.at", drive.against), f"{where} against {_place(drive.against)}"
@@ -90,9 +90,9 @@ def _drives(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
     return drawn
 
 
-def _gauges(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
+def _gauges(setup: Setup, mesh: CrackedMesh) -> list[Mark]:
     drawn = []
-    for name, gauge in specimen.gauges(half=half).items():
+    for name, gauge in setup.gauges.items():
         plus = _points(mesh, "gauge", gauge.plus)
         if gauge.minus is None:
             others, where = _none(mesh), f"{_place(gauge.plus)} against its mirror image"
@@ -100,11 +100,10 @@ def _gauges(specimen: Specimen, mesh: CrackedMesh, half: bool) -> list[Mark]:
             others, where = plus, f"the sides of the crack at {_place(gauge.plus)}"
         else:
             others, where = _points(mesh, "gauge", gauge.minus), f"{_place(gauge.plus)} against {_place(gauge.minus)}"
-        along = extended(specimen, mesh, gauge.direction)
-        directions = np.zeros((0, mesh.dimension)) if along is None else np.array([along])
+        directions = np.zeros((0, mesh.dimension)) if gauge.direction is None else np.array([gauge.direction])
         text = f"{where} along {_vectors(directions) if len(directions) else 'the mean normal of the crack'}"
         drawn.append(Mark(GAUGE, name, plus, directions, others, text))
-    if not specimen.has_main_gauge and mesh.faces is not None:
+    if MAIN_GAUGE not in setup.gauges and mesh.faces is not None:
         none = _none(mesh)
         drawn.insert(0, Mark(GAUGE, MAIN_GAUGE, none, none, none, "the mean jump over the crack"))
     return drawn

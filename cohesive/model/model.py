@@ -112,10 +112,10 @@ class Model:
 
 def _of_drives(problem: Problem, state: State) -> dict[str, float]:
     """Load and motion of each of several drives."""
-    loading, found = problem.loading, {}
+    loading, values = problem.loading, {}
     if len(loading.names) > 1:
         forces = problem.driven_forces(state)
         for name in loading.names:
-            found[f"load.{name}"] = loading.force(name, forces)
-            found[f"driven.{name}"] = problem.driven_motion(name, state)
-    return found
+            values[f"load.{name}"] = loading.force(name, forces)
+            values[f"driven.{name}"] = problem.driven_motion(name, state)
+    return values

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..law.concrete import Concrete
-from ..scenes.scene import ELEMENTS_IN_ZONE
+from ..scenes.inputs import ELEMENTS_IN_ZONE
 from .mesh import CrackedMesh
 
 #: elements along a crack in the plane, and along the root of a crack's area in space

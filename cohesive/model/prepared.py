@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -74,28 +75,21 @@ class Prepared:
         SceneError
             Naming the first key that asks for another mesh or another stiffness.
         """
-        missing = {key: size for key, size in self.fixed.items() if not _names(scene, key)}
+        missing = {key: size for key, size in self.fixed.items() if scene.given(key) is None}
         scene = scene.with_(**missing) if missing else scene
-        self._check(scene)
-        return scene
-
-    def model_of(self, scene: Scene, tangent: str = "consistent") -> Model:
-        """The model of a scene from `scene_of`."""
-        return build(scene, tangent, kept=self.model)
-
-    def _check(self, scene: Scene) -> None:
-        """Refuse a scene that does not fit."""
-        own = self.scene
         if self.model.problem.point_law is not self.model.cracks.point_law:
             raise SceneError(
                 f"prepared: its problem has a law of its own, {self.model.problem.point_law!r}; expected what prepare(scene) "
                 "returns, for the law is that of the scene that is run"
             )
-        if scene.kind != own.kind:
-            raise _refused("specimen.kind", scene.kind, own.kind)
-        for key, was, now in _pairs(own, scene):
+        for key, was, now in _pairs(self.scene, scene):
             if not _are_same(was, now):
-                raise _refused(key, now, was)
+                raise SceneError.at(key, f" = {now!r}: the mesh and its stiffness were prepared with {was!r}; expected that")
+        return scene
+
+    def model_of(self, scene: Scene, tangent: str = "consistent") -> Model:
+        """The model of a scene from `scene_of`."""
+        return build(scene, tangent, kept=self.model)
 
 
 def prepare(scene: Scene, model: str | None = None) -> Prepared:
@@ -134,7 +128,7 @@ def prepare(scene: Scene, model: str | None = None) -> Prepared:
     built = build(scene)
     if scene.model.kind == "discrete":
         fixed["interface.width"] = built.cracks.width
-    fixed = {key: size for key, size in fixed.items() if not _names(scene, key)}
+    fixed = {key: size for key, size in fixed.items() if scene.given(key) is None}
     return Prepared(scene.with_(**fixed) if fixed else scene, fixed, built)
 
 
@@ -152,30 +146,23 @@ def _needed(scene: Scene) -> tuple[str, ...]:
     return ("nu", "density", "E") if scene.specimen.regions() else ("nu", "density")
 
 
-def _names(scene: Scene, key: str) -> bool:
-    """Whether a scene gives a key."""
-    return scene.given(key) is not None
-
-
-def _pairs(own: Scene, other: Scene) -> list[tuple[str, Any, Any]]:
+def _pairs(own: Scene, other: Scene) -> Iterator[tuple[str, Any, Any]]:
     """What must be the same in both scenes, by key."""
-    found = []
+    yield "specimen.kind", own.kind, other.kind
+    if other.grow is not None:
+        yield "specimen.crack", own.specimen.paths, "grow"
     for table, free in _FREE.items():
         part = "sizes" if table == "mesh" else table
         was, now = getattr(own, part), getattr(other, part)
-        names = [] if was is None else [each.name for each in fields(was) if each.name not in free]
-        found += [(f"{table}.{name}", getattr(was, name), getattr(now, name)) for name in names]
+        for name in [] if was is None else [each.name for each in fields(was) if each.name not in free]:
+            yield f"{table}.{name}", getattr(was, name), getattr(now, name)
     if own.sizes is not None and own.model.kind == "smeared":
-        found.append(("band.width", own.band_width, other.band_width))
-    found += [(f"material.{name}", getattr(own.material, name), getattr(other.material, name)) for name in _needed(own)]
-    return found
+        yield "band.width", own.band_width, other.band_width
+    for name in _needed(own):
+        yield f"material.{name}", getattr(own.material, name), getattr(other.material, name)
 
 
 def _are_same(one: Any, other: Any) -> bool:
     """Whether two values of a key are equal; arrays may be among them."""
     same = one == other
     return bool(np.array_equal(one, other)) if isinstance(same, np.ndarray) else bool(same)
-
-
-def _refused(key: str, now: Any, was: Any) -> SceneError:
-    return SceneError(f"{key} = {now!r}: the mesh and its stiffness were prepared with {was!r}; expected that", key)

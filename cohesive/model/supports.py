@@ -50,9 +50,8 @@ def check_supports(mesh: CrackedMesh, boundary: Boundary, loadings: Iterable[Loa
     """
     bodies = _Pieces.from_mesh(mesh)
     if len(bodies.size) > _MOST_PIECES:
-        raise SceneError(
-            f"specimen: the body is in {len(bodies.size)} pieces that share no element edges or faces; expected one body",
-            "specimen",
+        raise SceneError.at(
+            "specimen", f": the body is in {len(bodies.size)} pieces that share no element edges or faces; expected one body"
         )
     conditions, acting = _conditions(bodies, mesh, boundary), boundary.acting > 0
     seen: list[Array] = []
@@ -68,8 +67,8 @@ def check_supports(mesh: CrackedMesh, boundary: Boundary, loadings: Iterable[Loa
         free = _free(bodies, conditions, allowed)
         if free.shape[1]:
             said, key = ("the body is not held", "specimen") if i == 0 else ("the body is held no longer", f"stage.{i}")
-            raise SceneError(
-                f"{key}: {said}, nothing holds {_described(bodies, free)}; expected supports against every motion", key
+            raise SceneError.at(
+                key, f": {said}, nothing holds {_described(bodies, free)}; expected supports against every motion"
             )
 
 

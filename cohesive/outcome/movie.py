@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from ..arrays import Array
 from ..errors import SceneError
-from ..figures.drawing import new_figure
+from ..figures.drawing import draw_measured, new_figure
 from ..results.files import write_file
 from .views import Views
 
@@ -58,7 +58,7 @@ def _figure(views: Views) -> tuple[Figure, Callable[[int], None]]:
     figure = new_figure(10.0, 5.6)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.5, 1.0))
     body, curve, traction = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
-    figure.suptitle(f"{views.title}, {views.kind} crack")
+    figure.suptitle(f"{views.result.scene.title}, {views.result.scene.model.kind} crack")
     curve.xaxis.set_major_locator(MaxNLocator(5))
     movers = [_body(body, views), _curve(curve, views), _traction(traction, views)]
 
@@ -74,7 +74,7 @@ def _figure(views: Views) -> tuple[Figure, Callable[[int], None]]:
 
 def _body(axes: Axes, views: Views) -> Callable[[int], None]:
     top = 1.2 * float(views.softening[1][0])
-    bulk = np.flatnonzero(~views.is_crack) if views.kind == "discrete" else np.arange(len(views.polygons))
+    bulk = np.arange(len(views.polygons)) if views.result.is_smeared else np.flatnonzero(~views.is_crack)
     faces = PolyCollection([], cmap="coolwarm", edgecolors="0.5", linewidths=0.15)
     faces.set_clim(-top, top)
     axes.add_collection(faces)
@@ -95,16 +95,14 @@ def _body(axes: Axes, views: Views) -> Callable[[int], None]:
 
 
 def _curve(axes: Axes, views: Views) -> Callable[[int], None]:
-    x, y = views.history[views.controlled], views.history["load"]
-    for each in views.measured:
-        if each.is_band:
-            axes.fill_between(each.x, *each.bounds, color="0.85", label="measured")
-        else:
-            axes.plot(each.x, each.y, ".", color="0.6", markersize=3, label="measured")
+    measure = views.result.controlled
+    x, y = views.result.history[measure], views.result.history["load"]
+    for each in views.result.measured:
+        draw_measured(axes, each, "0.6", "measured")
     axes.plot(x, y, color="0.7", linewidth=1.0)
     (line,) = axes.plot([], [], color="C0", label="computed")
     (point,) = axes.plot([], [], "o", color="C3")
-    axes.set(xlabel=f"{views.controlled} (mm)", ylabel="load (N)")
+    axes.set(xlabel=f"{measure} (mm)", ylabel="load (N)")
     axes.legend(fontsize="small")
 
     def move(k: int) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 
-from ..results.files import write_file, write_text
+from ..results.files import write_text
 from .views import Views
 
 
@@ -21,7 +21,7 @@ def write_page(views: Sequence[Views], path: Path) -> None:
         If the file cannot be written.
     """
     template = resources.files("cohesive.outcome").joinpath("page.html").read_text(encoding="utf-8")
-    titles = list(dict.fromkeys(each.title for each in views))
+    titles = list(dict.fromkeys(each.result.scene.title for each in views))
     data = json.dumps([each.as_data() for each in views], separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
     text = template.replace("{{title}}", html.escape(" and ".join(titles))).replace("{{data}}", data)
-    write_file(path, lambda temporary: write_text(temporary, text))
+    write_text(path, text)

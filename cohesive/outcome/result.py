@@ -18,7 +18,7 @@ from ..results.inputs import copy_inputs
 from ..results.model_facts import ModelFacts
 from ..results.report import summary
 from ..results.run_data import RunData, spread
-from ..results.saved import read_folder, write_fields
+from ..results.saved import read_folder, write_result
 from .notebook import html_of
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Result(RunData):
         return cls(
             scene,
             history,
-            record.way,
+            record.drive_travel,
             notes,
             model.timings | {"newton": seconds, "output": 0.0},
             ModelFacts.from_run(scene, model, states[-1] if len(states) else None),
@@ -136,7 +136,7 @@ class Result(RunData):
         return cls(**read_folder(Path(folder)))
 
     def save(self, folder: str | Path, pictures: bool = True) -> None:
-        """Write history.csv, fields.npz, mesh.png, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and
+        """Write history.csv, result.npz, mesh.png, curve.png, deformed.png, frames as VTU with one PVD, scene.toml and
         run.json, copies of the files that the scene names in inputs, and path.csv and path.png, if the crack path was looked
         for.
 
@@ -155,15 +155,13 @@ class Result(RunData):
         """
         from ..figures.found_path import write_found  # with matplotlib, which is slow to import
 
-        self.fields  # noqa: B018  before anything is written
         clock = time.perf_counter()
         folder = Path(folder)
         make_folder(folder)
         check_names(folder)
         failed = None
         try:  # first: a measured file may be the history of an earlier run into this folder
-            measured = () if self.reference is None else self.reference.curves
-            copied = copy_inputs(self.scene, folder, [each.content for each in measured])
+            copied = copy_inputs(self.scene, folder, [each.content for each in self.measured])
         except SceneError as error:  # which does not cost the results
             failed, copied = error, self.scene.data
         write_history(self, folder)
@@ -173,11 +171,11 @@ class Result(RunData):
             self.notes += [note for note in write_pictures(self, folder) if note not in self.notes]
         else:
             remove(folder, PICTURES)
-        write_fields(self, folder)
         write_frames(self, folder)
         write_found(self, folder)
         self.timings["output"] = time.perf_counter() - clock
         write_run(self, folder)
+        write_result(self, folder)
         write_scene(self.scene, copied, folder)  # last: a curve of the user's own may not be saved
         if failed is not None:
             raise failed

@@ -13,11 +13,8 @@ from meshing.paths import along_paths
 
 from ..arrays import Array, Index, Mask
 from ..errors import SceneError
-from ..measured.curve import Measured
+from ..results.fields import magnification
 from .result import Result
-
-#: part of the body's extent that the largest displacement is drawn as
-_DRAWN = 0.06
 
 #: values that are given for each crack cell
 PROFILES = ("opening", "sliding", "traction_n", "traction_s", "damage")
@@ -32,11 +29,8 @@ class Views:
 
     Attributes
     ----------
-    title, kind : of the scene; "discrete" or "smeared"
+    result : Result
     rows : (k,) rows of the history that are frames
-    history : its columns
-    controlled : the column that the curve is drawn over
-    measured : curves that were measured over it
     points : (n, 2) array, mm; of a solid body its front face
     polygons : corners of each element that is drawn, (m,) index arrays
     is_crack : (m,) array, whether it is a crack cell or an element of a band
@@ -48,12 +42,8 @@ class Views:
     factor : by which displacements are enlarged
     """
 
-    title: str
-    kind: str
+    result: Result
     rows: Index
-    history: dict[str, Array]
-    controlled: str
-    measured: tuple[Measured, ...]
     points: Array
     polygons: list[Index]
     is_crack: Mask
@@ -79,8 +69,6 @@ class Views:
                 f"{result.scene.title}: the run has no frames to show; expected output.frames above 0, as in "
                 "--set output.frames=40"
             )
-        if result.kept is None:
-            raise SceneError(f"{result.scene.title}: its folder has no fields.npz; expected one that this version wrote")
         frames = [result.frame_mesh(result.frame(row)) for row in rows]
         first = frames[0]
         cells = _cells(first)
@@ -93,17 +81,13 @@ class Views:
         distance, order, group = _along(first, np.flatnonzero(is_crack), result)
         displacement = np.array([frame.point_data["displacement"][used, :2] for frame in frames])
         extent = float(np.ptp(first.points[:, :2], axis=0).max())
-        largest = max(float(abs(displacement).max()), 1e-300)
+        largest = float(abs(displacement).max())
         curve, material = result.scene.material.curve, result.scene.material
         end = float(curve.end)
         w = np.linspace(0.0, min(end, 5.0 * material.Gf / material.ft), _POINTS)
         return cls(
-            result.scene.title,
-            "smeared" if result.is_smeared else "discrete",
+            result,
             np.array(rows),
-            result.history,
-            result.controlled,
-            () if result.reference is None else result.reference.curves,
             first.points[used, :2],
             polygons,
             np.array([kind for _, _, kind in cells]),
@@ -112,22 +96,22 @@ class Views:
             distance,
             {name: _means(flat[name][:, order], group, len(distance)) for name in PROFILES},
             (w, curve.stress(w)),
-            _rounded(_DRAWN * extent / largest),
+            magnification(extent, largest),
         )
 
     def as_data(self) -> dict[str, Any]:
         """What the page of the report is given, as plain lists; numbers of four digits."""
-        x, y = self.history[self.controlled], self.history["load"]
+        result, history = self.result, self.result.history
         energies = ("work", "elastic", "stored", "dissipated", "contact_work")
         return {
-            "title": self.title,
-            "kind": self.kind,
+            "title": result.scene.title,
+            "kind": result.scene.model.kind,
             "rows": self.rows.tolist(),
-            "controlled": self.controlled,
-            "x": _short(x),
-            "load": _short(y),
-            "energies": {name: _short(self.history[name]) for name in energies},
-            "measured": [dict(zip(("x", "low", "high"), map(_short, (m.x, *m.bounds)), strict=True)) for m in self.measured],
+            "controlled": result.controlled,
+            "x": _short(history[result.controlled]),
+            "load": _short(history["load"]),
+            "energies": {name: _short(history[name]) for name in energies},
+            "measured": [dict(zip(("x", "low", "high"), map(_short, (m.x, *m.bounds)), strict=True)) for m in result.measured],
             "points": _short(self.points),
             "polygons": [corners.tolist() for corners in self.polygons],
             "crack": self.is_crack.astype(int).tolist(),
@@ -147,15 +131,9 @@ def _short(values: Array) -> Any:
     return [float(f"{value:.4g}") if np.isfinite(value) else None for value in values.tolist()]
 
 
-def _rounded(factor: float) -> float:
-    """1, 2 or 5 times a power of ten."""
-    power = 10.0 ** np.floor(np.log10(factor))
-    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= factor * (1 + 1e-9)))
-
-
 def _cells(mesh: meshio.Mesh) -> list[tuple[Index, int, bool]]:
     """Corners, number and kind of the elements that are drawn: all in 2D, of a solid body the faces at its front."""
-    found: list[tuple[Index, int, bool]] = []
+    drawn: list[tuple[Index, int, bool]] = []
     crack = np.split(np.concatenate(mesh.cell_data["is_crack"]) > 0, np.cumsum([len(b.data) for b in mesh.cells])[:-1])
     front = mesh.points[:, 2].max()
     is_front = mesh.points[:, 2] > front - 1e-9 * max(np.ptp(mesh.points, axis=0).max(), 1.0)
@@ -166,9 +144,9 @@ def _cells(mesh: meshio.Mesh) -> list[tuple[Index, int, bool]]:
         for face in kind.faces if kind.dimension == 3 else (tuple(range(ring)),):
             corners = block.data[:, list(face[:ring])]
             at = np.flatnonzero(is_front[corners].all(axis=1)) if kind.dimension == 3 else np.arange(len(corners))
-            found += [(corners[i], first + int(i), bool(is_crack[i])) for i in at]
+            drawn += [(corners[i], first + int(i), bool(is_crack[i])) for i in at]
         first += len(block.data)
-    return found
+    return drawn
 
 
 def _compact(polygons: list[Index]) -> tuple[Index, list[Index]]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -119,58 +119,53 @@ def _refused(path: Path, error: Exception) -> SceneError:
     return SceneError(f"'{path}': cannot be read: {error}; expected the checkpoint of a run")
 
 
-class CheckpointWriter:
-    """Appends checkpoints to the file in a folder; without a folder, or for a scene that no file can hold, it writes nothing.
+@contextmanager
+def checkpoint_writer(
+    folder: str | Path | None, scene: Scene, tangent: str, found: FoundPath | None, nodes: Array, size: int | None = None
+) -> Iterator[Callable[[Sequence[Done], LoadStepper], None]]:
+    """What appends the rows since the last checkpoint, and where the stepper stands after them, to the file in a folder;
+    without a folder, for a scene that no file can hold, and once the disk is full it writes nothing.
 
-    A record is read whole or not at all, so that a run may be killed while it is written.
+    A record is read whole or not at all, so that a run may be killed while it is written. The file of a run that came to its
+    end, or that would stop there again, is removed.
 
     Parameters
     ----------
     size : of the file, bytes, in which it goes on; None: it begins a new one.
     """
+    path = None if folder is None else Path(folder) / NAME
 
-    def __init__(
-        self,
-        folder: str | Path | None,
-        scene: Scene,
-        tangent: str,
-        found: FoundPath | None,
-        nodes: Array,
-        size: int | None = None,
-    ) -> None:
-        self._path = None if folder is None else Path(folder) / NAME
-        if self._path is None:
-            return
-        if size is not None:
-            with open(self._path, "r+b") as file:
-                file.truncate(size)
-            return
+    def append(value: Any, mode: str = "ab") -> None:
+        nonlocal path
+        assert path is not None
+        try:
+            with open(path, mode) as file:
+                file.write(packed(value))
+        except OSError:
+            path = None
+
+    if path is not None and size is not None:
+        with open(path, "r+b") as file:
+            file.truncate(size)
+    elif path is not None:
         version, where = package_version("cohesive-cracks"), str(scene.folder.resolve())  # to be resumed from anywhere
         own = {"version": version, "folder": where, "tangent": tangent, "found": found, "nodes": nodes}
         try:
-            self._append(packed(own | {"scene": json.dumps(scene.data)}), "wb")
+            append(own | {"scene": json.dumps(scene.data)}, "wb")
         except TypeError:  # a curve of the user's own
-            self._path.unlink(missing_ok=True)
-            self._path = None
+            path.unlink(missing_ok=True)
+            path = None
 
-    def __enter__(self) -> CheckpointWriter:
-        return self
+    def write(rows: Sequence[Done], stepper: LoadStepper) -> None:
+        if path is not None:
+            append((list(rows), stepper.as_data()))
 
-    def write(self, rows: Sequence[Done], stepper: LoadStepper) -> None:
-        """Set down the rows since the last checkpoint, and where the stepper stands after them."""
-        if self._path is not None:
-            self._append(packed((list(rows), stepper.as_data())), "ab")
-
-    def _append(self, record: bytes, mode: str) -> None:
-        """At the end of the file; the run goes on without further checkpoints if the disk is full."""
-        assert self._path is not None
-        try:
-            with open(self._path, mode) as file:
-                file.write(record)
-        except OSError:
-            self._path = None
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        """A run that came to its end, or that would stop there again, is not to be resumed."""
-        if self._path is not None and not isinstance(error, (KeyboardInterrupt, SceneError)):
-            self._path.unlink(missing_ok=True)
+    is_done = True
+    try:
+        yield write
+    except (KeyboardInterrupt, SceneError):
+        is_done = False
+        raise
+    finally:
+        if is_done and path is not None:
+            path.unlink(missing_ok=True)

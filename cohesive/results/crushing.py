@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: compressive strength over tensile strength, if none is given
 _FC_OVER_FT = 10.0
 
-#: elements so many times their own size from a load or support, or closer than a part of the body's narrowest side, do not
+#: elements closer than this times their own size to a load or support, or than a part of the body's narrowest side, do not
 #: count: the stress under a point load has no limit
 _ELEMENTS_BESIDE, _PART_BESIDE = 2.0, 0.05
 
@@ -93,7 +93,7 @@ def _is_beside(data: RunData, elements: Index, loaded: tuple[Index, Array]) -> M
     """Which elements are beside loads and supports."""
     nodes, radius = loaded
     centres, points = _centres(data)[elements], data.fields.mesh.points
-    found = np.zeros(len(elements), dtype=bool)
+    beside = np.zeros(len(elements), dtype=bool)
     for node, reach in zip(nodes.tolist(), radius.tolist(), strict=True):
-        found |= np.linalg.norm(centres - points[node], axis=1) < reach
-    return found
+        beside |= np.linalg.norm(centres - points[node], axis=1) < reach
+    return beside

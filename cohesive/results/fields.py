@@ -20,9 +20,12 @@ if TYPE_CHECKING:
     from ..solver.problem import State
     from .record import States
 
-#: displacements of more rows than those of the frames are held up to so many numbers, 4 MB, and so are values at points with
+#: numbers, 4 MB, up to which displacements of more rows than those of the frames are held, and so are values at points with
 #: cracks: a run of 1e5 unknowns that kept all of them would take longer, and its folder more room
 MOST_NUMBERS = 500_000
+
+#: part of the body's extent that the largest displacement is drawn as
+_DRAWN = 0.06
 
 #: rows that are recovered at once
 _AT_ONCE = 32
@@ -208,6 +211,14 @@ class Fields:
         mesh = CrackedMesh.from_mesh(meshio.Mesh(**data.pop("mesh")))
         elements = Elements.from_mesh(scene, mesh)
         return cls(mesh, elements.elastic, elements.cracking, **data)
+
+
+def magnification(extent: float, largest: float) -> float:
+    """By what displacements are enlarged in a picture, the largest one to a part of the body's extent: 1, 2 or 5 times a power
+    of ten."""
+    factor = _DRAWN * extent / max(largest, 1e-300)
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= factor * (1 + 1e-9)))
 
 
 def _held(kept: Index, needed: Sequence[int], size: int) -> Index:

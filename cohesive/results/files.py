@@ -7,14 +7,13 @@ import json
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
 from functools import partial
 from importlib import metadata
-from io import FileIO, StringIO
+from io import StringIO
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ParameterError, SceneError
@@ -22,7 +21,7 @@ from ..law.softening_choice import softening_data
 from ..scenes.scene import dump_toml
 from .agreement import agreement_facts
 from .frames import frame_mesh, write_frame
-from .measures import curve_measures, energies
+from .measures import curve_measures
 from .report import summary
 
 if TYPE_CHECKING:
@@ -33,54 +32,47 @@ if TYPE_CHECKING:
 #: pictures of a run, but for those of a search for crack paths
 PICTURES = ("mesh.png", "curve.png", "deformed.png")
 
+#: what a result is read back from, with scene.toml
+RESULT = "result.npz"
+
 #: all files of a run but its frames, its inputs and its checkpoint
-FILES = (*PICTURES, "path.png", "path.csv", "history.csv", "fields.npz", "frames.pvd", "run.json", "scene.toml")
+FILES = (*PICTURES, "path.png", "path.csv", "history.csv", RESULT, "frames.pvd", "run.json", "scene.toml")
 
 
-class HistoryWriter:
-    """history.csv with columns of some names that grows by whole rows; without a folder it writes nothing."""
+@contextmanager
+def history_writer(folder: str | Path | None, names: Sequence[str]) -> Iterator[Callable[[dict[str, float]], None]]:
+    """What appends a row to history.csv, whose columns have some names; without a folder it writes nothing.
 
-    def __init__(self, folder: str | Path | None, names: Sequence[str]) -> None:
-        self._names = names
-        self._folder = None if folder is None else Path(folder)
-        self._file: FileIO | None = None
+    Raises
+    ------
+    SceneError
+        If the folder cannot be written, or the disk is full; a row is then written whole or not at all.
+    """
+    if folder is None:
+        yield lambda row: None
+        return
+    path = Path(folder) / "history.csv"
+    make_folder(path.parent)
+    check_names(path.parent)
+    try:
+        file = open(path, "wb", buffering=0)  # noqa: SIM115  closed below
+    except OSError as error:
+        raise _refused(path, error) from None
 
-    def __enter__(self) -> HistoryWriter:
-        if self._folder is not None:
-            make_folder(self._folder)
-            check_names(self._folder)
-            try:
-                self._file = open(self._folder / "history.csv", "wb", buffering=0)
-            except OSError as error:
-                raise _refused(self._folder / "history.csv", error) from None
-            self._append(self._names)
-        return self
-
-    def write(self, row: dict[str, float]) -> None:
-        """Append a row; SceneError if the disk is full; a row is then written whole or not at all."""
-        self._append([format_value(row[name]) for name in self._names])
-
-    def _append(self, row: Sequence[str]) -> None:
-        if self._file is None or self._folder is None:
-            return
-        rest = (",".join(row) + "\n").encode()
-        whole = self._file.tell()
+    def append(cells: Sequence[str]) -> None:
+        rest = (",".join(cells) + "\n").encode()
+        whole = file.tell()
         try:
             while rest:  # one call, unless the disk is getting full
-                rest = rest[self._file.write(rest) :]
+                rest = rest[file.write(rest) :]
         except OSError as error:
             with suppress(OSError):
-                self._file.truncate(whole)
-            raise _refused(self._folder / "history.csv", error) from None
+                file.truncate(whole)
+            raise _refused(path, error) from None
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self._file is not None:
-            self._file.close()
-
-
-def format_value(value: float) -> str:
-    """A value of the history with as many digits as tell it from all others."""
-    return repr(value)
+    with closing(file):
+        append(names)
+        yield lambda row: append([repr(row[name]) for name in names])  # with all digits
 
 
 def make_folder(folder: Path) -> None:
@@ -93,7 +85,7 @@ def make_folder(folder: Path) -> None:
         raise SceneError(f"output folder '{folder}': cannot be written: {error.strerror}") from None
 
 
-def write_file(path: Path, write: Callable[[Path], None]) -> None:
+def write_file(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary file beside `path`, then rename it: nothing is ever half-written."""
     temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
     try:
@@ -118,8 +110,8 @@ def package_version(name: str) -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text, for `write_file`."""
-    path.write_text(text, encoding="utf-8")
+    """Write UTF-8 text, whole."""
+    write_file(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]], comment: str = "") -> None:
@@ -130,13 +122,13 @@ def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[object
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
     writer.writerows(rows)
-    write_file(path, lambda temporary: write_text(temporary, text.getvalue()))
+    write_text(path, text.getvalue())
 
 
 def write_history(data: RunData, folder: Path) -> None:
     """history.csv, whole."""
     rows = zip(*(values.tolist() for values in data.history.values()), strict=True)
-    write_table(folder / "history.csv", data.history, (map(format_value, row) for row in rows))
+    write_table(folder / "history.csv", data.history, (map(repr, row) for row in rows))
 
 
 def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
@@ -151,7 +143,7 @@ def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
         softening_data(scene.material.softening)
     except ParameterError as error:
         raise SceneError(f"material.{error}", "material.softening") from None
-    write_file(folder / "scene.toml", lambda path: write_text(path, dump_toml(data)))
+    write_text(folder / "scene.toml", dump_toml(data))
 
 
 def frame_files(folder: Path) -> list[Path]:
@@ -190,23 +182,19 @@ def write_frames(data: RunData, folder: Path) -> None:
         name = f"frame_{frame.step:0{digits}d}.vtu"
         mesh = frame_mesh(data.fields, frame, data.scene.model.plane == "strain")
         write_file(folder / name, partial(write_frame, mesh=mesh))
-        time = max(float(data.way[row]), time + 1e-9 * max(float(data.way[-1]), 1e-300))
+        time = max(float(data.drive_travel[row]), time + 1e-9 * max(float(data.drive_travel[-1]), 1e-300))
         collection.append(f'    <DataSet timestep="{time:.12g}" part="0" file="{name}"/>')
     if collection:
         pvd = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
         pvd += "\n".join(collection) + "\n  </Collection>\n</VTKFile>\n"
-        write_file(folder / "frames.pvd", lambda path: write_text(path, pvd))
+        write_text(folder / "frames.pvd", pvd)
 
 
 def write_run(data: RunData, folder: Path) -> None:
     """run.json: the scene, what came out, what it took, and the versions of what it ran with."""
-    facts = json.dumps(_facts(data), indent=2, default=repr) + "\n"
-    write_file(folder / "run.json", lambda path: write_text(path, facts))
-
-
-def _facts(data: RunData) -> dict[str, Any]:
+    energies = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
     packages = ("cohesive-cracks", "numpy", "scipy", "gmsh", "meshio", "matplotlib")
-    return {
+    facts = {
         "scene": data.scene.data,
         "notes": data.notes,
         "summary": summary(data).splitlines(),
@@ -214,9 +202,9 @@ def _facts(data: RunData) -> dict[str, Any]:
         "opening_at_peak": data.opening_at_peak,
         "dissipated_energy": data.dissipated_energy,
         "curve": curve_measures(data),
-        "energies": energies(data),
+        "energies": {name: float(data.history[name][-1]) for name in energies} if data.steps else {},
         "full_energy": data.full_energy,
-                "energy_error": data.energy_error,
+        "energy_error": data.energy_error,
         "model": data.scene.model.kind,
         **asdict(data.facts),
         "steps": data.steps,
@@ -225,3 +213,4 @@ def _facts(data: RunData) -> dict[str, Any]:
         "reference": agreement_facts(data.reference, data.history),
         "versions": {"python": platform.python_version()} | {name: package_version(name) for name in packages},
     }
+    write_text(folder / "run.json", json.dumps(facts, indent=2, default=repr) + "\n")

@@ -6,8 +6,9 @@ and nothing else that stands there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Sequence
+from contextlib import suppress
+from operator import methodcaller
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,39 +35,40 @@ def copy_inputs(scene: Scene, folder: Path, contents: Sequence[bytes] = ()) -> d
     SceneError
         If a file cannot be read or written.
     """
-    data = scene.data
-    named: list[tuple[str, Path, bytes | None]] = []
+    data, inside = scene.data, folder / _FOLDER
+    named: list[tuple[str, Path, bytes]] = []
     for table in ("specimen", "reference"):
         names = data.get(table, {}).get("file")
         for i, name in enumerate([names] if isinstance(names, str) else names or []):
-            kept = contents[i] if table == "reference" and i < len(contents) else None
-            named.append((table, scene.file(name), kept))
-    inside = folder / _FOLDER
-    old = _listed(inside)
-    read = [_bytes(source) if kept is None else kept for _, source, kept in named]
-    copies = _names([source for _, source, _ in named], inside, old)
+            source = scene.file(name)
+            named.append((table, source, contents[i] if table == "reference" and i < len(contents) else _bytes(source)))
     if named:
         make_folder(inside)
-    for content, name in zip(read, copies, strict=True):
-        write_file(inside / name, partial(_write_bytes, content))
-    for stale in old.keys() - set(copies):
+    old = _listed(inside)
+    copies: dict[str, str] = {}  # sources by the names of the copies
+    here: dict[str, list[str]] = {"specimen": [], "reference": []}
+    for table, source, content in named:
+        name, number = source.name, 1
+        stands_there = source.resolve().parent == inside.resolve()
+        while name in (_LIST, *copies) or (name not in old and (inside / name).exists() and not stands_there):
+            number += 1
+            name = f"{source.stem}-{number}{source.suffix}"
+        write_file(inside / name, methodcaller("write_bytes", content))
+        copies[name] = old.get(source.name, "") if stands_there else str(source)
+        here[table].append(f"{_FOLDER}/{name}")
+    for stale in old.keys() - copies.keys():
         (inside / stale).unlink(missing_ok=True)
-    ours = {}
-    for (_, source, _), name in zip(named, copies, strict=True):
-        if not _is_in(source, inside):
-            ours[name] = str(source)
-        elif name in old:
-            ours[name] = old[name]
-    _write_list(inside, ours)
-    for table in ("specimen", "reference"):
-        here = [f"{_FOLDER}/{name}" for (of, _, _), name in zip(named, copies, strict=True) if of == table]
-        if here:
-            data[table]["file"] = here if isinstance(data[table]["file"], list) else here[0]
+    lines = "".join(f"{name}\t{source}\n" for name, source in copies.items() if source)  # without the user's own in there
+    if lines:
+        write_text(inside / _LIST, lines)
+    elif inside.is_dir():
+        (inside / _LIST).unlink(missing_ok=True)
+        with suppress(OSError):  # unless it is empty
+            inside.rmdir()
+    for table, names in here.items():
+        if names:
+            data[table]["file"] = names if isinstance(data[table]["file"], list) else names[0]
     return data
-
-
-def _write_bytes(content: bytes, path: Path) -> None:
-    path.write_bytes(content)
 
 
 def _bytes(source: Path) -> bytes:
@@ -74,10 +76,6 @@ def _bytes(source: Path) -> bytes:
         return source.read_bytes()
     except OSError as error:
         raise SceneError(f"'{source}': cannot be read: {error.strerror or error}") from None
-
-
-def _is_in(source: Path, inside: Path) -> bool:
-    return source.resolve().parent == inside.resolve()
 
 
 def _listed(inside: Path) -> dict[str, str]:
@@ -88,28 +86,3 @@ def _listed(inside: Path) -> dict[str, str]:
         return {}
     pairs = (line.partition("\t") for line in lines if "\t" in line)
     return {name: source for name, _, source in pairs if name == Path(name).name}
-
-
-def _names(sources: Sequence[Path], inside: Path, old: Mapping[str, str]) -> list[str]:
-    """A name for each copy: its own if that is free, else with a number. Files that are there already keep theirs."""
-    taken = {_LIST, *(source.name for source in sources if _is_in(source, inside))}
-    found = []
-    for source in sources:
-        name, number = source.name, 1
-        while not _is_in(source, inside) and (name in taken or (name not in old and (inside / name).exists())):
-            number += 1
-            name = f"{source.stem}-{number}{source.suffix}"
-        taken.add(name)
-        found.append(name)
-    return found
-
-
-def _write_list(inside: Path, copies: Mapping[str, str]) -> None:
-    """The list of copies; without any it goes, and the folder with it if nothing else is there."""
-    if copies:
-        lines = "".join(f"{name}\t{source}\n" for name, source in copies.items())
-        write_file(inside / _LIST, lambda path: write_text(path, lines))
-    elif inside.is_dir():
-        (inside / _LIST).unlink(missing_ok=True)
-        if not any(inside.iterdir()):
-            inside.rmdir()

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 #: what the columns `opening` and `sliding` are called beside a gauge in charge, if no gauge measures them
 _JUMPS = {"opening": "mean jump", "sliding": "mean sliding"}
 
-_ENERGIES = ("work", "elastic", "stored", "dissipated", "contact_work", "released")
-
 
 def label_of(data: RunData, column: str) -> str:
     """What a column is called in words: its name, but for the mean jump if another measure of the opening is in charge."""
@@ -27,11 +25,6 @@ def peak_text(data: RunData, measure: str | None = None) -> str:
     """The peak in words, its place on a column of the history, mm; default: the measure in charge."""
     measure = measure or data.controlled
     return f"{data.peak_load:.5g} N at {measure} {data.history[measure][data.peak_row]:.4g} mm"
-
-
-def energies(data: RunData) -> dict[str, float]:
-    """The energies of the last row, N mm."""
-    return {name: float(data.history[name][-1]) for name in _ENERGIES} if data.steps else {}
 
 
 def curve_measures(data: RunData) -> dict[str, Any]:
@@ -49,7 +42,7 @@ def curve_measures(data: RunData) -> dict[str, Any]:
     x, load, peak = data.history[name], data.history["load"], data.peak_row
     return {
         "over": name,
-        "initial_stiffness": data.initial_stiffness(name),
+        "initial_stiffness": data.facts.initial_stiffness.get(name),
         "peak": float(load[peak]),
         "at_peak": float(x[peak]),
         "fallen_to_half_at": _fallen(x[peak:], load[peak:]),

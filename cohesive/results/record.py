@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +20,11 @@ ALL_KEPT = 1000
 _FOR_A_FRAME = 8
 
 
-class States(Sequence["State"]):
+class States:
     """The states of a run by row.
 
     A run of up to 1000 rows keeps all of them. A longer one keeps those of every second, fourth ... row, of the row with the
-    largest load, and of the last one, so that its memory does not grow; asking for another one is a LookupError.
+    largest load, and of the last one, so that its memory does not grow.
 
     Parameters
     ----------
@@ -61,16 +61,9 @@ class States(Sequence["State"]):
         """The row with a state that is nearest to a row."""
         return int(self.kept[abs(self.kept - row).argmin()])
 
-    def __getitem__(self, row: Any) -> Any:
-        at = row + self._rows if row < 0 else row
-        if not 0 <= at < self._rows:
-            raise IndexError(f"row {row}: the run has {self._rows} rows, the first is 0")
-        if at not in self._kept:
-            raise LookupError(
-                f"row {row}: of {self._rows} rows the states of multiples of {self._apart}, of the largest load and of the "
-                "last one are kept; expected one of result.states.kept, or a larger output.frames"
-            )
-        return self._kept[at]
+    def __getitem__(self, row: int) -> State:
+        """The state of a row that is kept; -1 is the last one."""
+        return self._kept[row % self._rows]
 
     def __len__(self) -> int:
         return self._rows
@@ -81,7 +74,7 @@ class Record:
 
     Parameters
     ----------
-    problem : Problem, whose drives tell the way that is gone
+    problem : Problem, whose drives are followed
     frames : number of frames that will be asked for.
     done : rows and states with which it begins.
 
@@ -94,7 +87,7 @@ class Record:
         self.states = States(frames)
         self._problem = problem
         self.columns: dict[str, array[float] | array[int]] = {}
-        self._way = array("d")
+        self._travel = array("d")
         self._motions: Array | None = None  # of the drives in the last row
         for row, state in done:
             self.append(row, state)
@@ -107,7 +100,7 @@ class Record:
             self.columns[name].append(value)  # type: ignore[arg-type]
         motions = self._motions_of(state)
         gone = 0.0 if self._motions is None else float(np.linalg.norm(motions - self._motions))
-        self._way.append(gone + (self._way[-1] if self._way else 0.0))
+        self._travel.append(gone + (self._travel[-1] if self._travel else 0.0))
         self._motions = motions
         self.states.append(state, row["load"])
 
@@ -122,19 +115,19 @@ class Record:
         return {name: np.array(values[: self.rows]) for name, values in self.columns.items()}
 
     @property
-    def way(self) -> Array:
-        """Length of the way that the drives have gone in each row, (rows,), mm."""
-        return np.array(self._way[: self.rows])
+    def drive_travel(self) -> Array:
+        """Length that the motions of the drives have gone in each row, (rows,), mm."""
+        return np.array(self._travel[: self.rows])
 
     def _motions_of(self, state: State) -> Array:
         """Motions of the drives: both of a platen, else that along the load of each."""
         problem = self._problem
         loading = problem.loading
-        found: list[float] = []
+        motions: list[float] = []
         for name in loading.names:
             drive = loading.drives[name]
             if drive.is_platen:
-                found.extend(state.v[problem.drives[list(drive.motions)]])
+                motions.extend(state.v[problem.drives[list(drive.motions)]])
             else:
-                found.append(problem.driven_motion(name, state))
-        return np.array(found)
+                motions.append(problem.driven_motion(name, state))
+        return np.array(motions)

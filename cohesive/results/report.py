@@ -60,27 +60,26 @@ def _full_energy(data: RunData) -> str:
 
 def warnings(data: RunData) -> list[str]:
     """What a reader of the curve should be wary of."""
-    found: list[str] = []
+    sentences: list[str] = []
     if not data.steps:
         return []
     peak = data.peak_row
     if data.peak_load > 0 and peak in (1, data.steps):
         which = "first" if peak < data.steps else "last"
-        found.append(f"warning: the largest load comes with the {which} step; the true peak may lie outside")
+        sentences.append(f"warning: the largest load comes with the {which} step; the true peak may lie outside")
     if data.energy_error > _UNBALANCED:
-        found.append(
+        sentences.append(
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    if data.kept is not None:
-        found += [warning for warning in (_overload(data), crushing(data), _locking(data.kept)) if warning]
+    sentences += [warning for warning in (_overload(data), crushing(data), _locking(data.fields)) if warning]
     departure = data.facts.departure
     if departure > _DEPARTURE:
-        found.append(
+        sentences.append(
             f"warning: the crack planes depart from the path by {departure:.0f} degrees in the mean; the band is stiffer "
             "than a discrete crack along it"
         )
-    return found
+    return sentences
 
 
 def _crack_line(data: RunData) -> str:

@@ -15,7 +15,7 @@ from .agreement import Agreement, agreements
 
 if TYPE_CHECKING:
     from ..growth.found import FoundPath
-    from ..measured.curve import Reference
+    from ..measured.curve import Measured, Reference
     from ..scenes.scene import Scene
     from .fields import Fields, Frame
     from .model_facts import ModelFacts
@@ -45,40 +45,24 @@ class RunData:
     ----------
     scene : Scene
     history : dict of 1-D arrays; row 0 is the state before the first step, then one row for each converged step
-    way : (rows,) array, length of the way that the drives have gone, mm
+    drive_travel : (rows,) array, length that the motions of the drives have gone, mm
     notes : list of remarks on how the stages ended
     timings : seconds: mesh, assemble, condense, newton and, after `save`, output
     facts : ModelFacts
-    kept : Fields; None of a folder that was written before fields were saved, see `fields`
+    fields : Fields, the mesh and its fields
     reference : Reference or None
     found : FoundPath, if the crack path was looked for
     """
 
     scene: Scene
     history: dict[str, Array]
-    way: Array
+    drive_travel: Array
     notes: list[str]
     timings: dict[str, float]
     facts: ModelFacts
-    kept: Fields | None
+    fields: Fields
     reference: Reference | None
     found: FoundPath | None
-
-    @property
-    def fields(self) -> Fields:
-        """The mesh and its fields.
-
-        Raises
-        ------
-        LookupError
-            If the folder that the result was loaded from has none.
-        """
-        if self.kept is None:
-            raise LookupError(
-                "the folder of this result has no fields.npz with the mesh and its fields; expected one that this version "
-                "wrote: run its scene again"
-            )
-        return self.kept
 
     @property
     def is_smeared(self) -> bool:
@@ -94,6 +78,11 @@ class RunData:
         controls = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
         gauge = "cmod" if "cmod" in self.history and not self.gauge_is_elastic else "opening"
         return controls[-1] if controls else gauge
+
+    @property
+    def measured(self) -> tuple[Measured, ...]:
+        """The measured curves that the scene names."""
+        return () if self.reference is None else self.reference.curves
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""
@@ -143,7 +132,7 @@ class RunData:
     @property
     def full_energy(self) -> float | None:
         """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch.
-        None if the area is not known, as for a crack anywhere in a mesh of the user's."""
+        None if the area is not known, as for a crack anywhere in a user mesh."""
         material, area = self.scene.material, self.facts.crack_area
         if area is None:
             return None
@@ -198,22 +187,9 @@ class RunData:
         """Whether the opening is measured over a length of the body, not as the mean jump."""
         return self.scene.specimen.has_main_gauge
 
-    def initial_stiffness(self, motion: str) -> float | None:
-        """Load over a motion of the undamaged body, N/mm; None for a column that is no linear measure of displacements.
-
-        Parameters
-        ----------
-        motion : name of a gauge, or "driven"
-        """
-        return self.facts.initial_stiffness.get(motion)
-
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, see `ModelFacts`."""
         return self.facts.added_compliance
-
-    def displacement(self, row: int) -> Array:
-        """Displacements of all nodes in a row of the history, (m, d), mm; LookupError if they were not kept."""
-        return self.frame(row).displacement
 
     def row(self, row: int) -> dict[str, float]:
         """One row of the history (-1 is the last one)."""

@@ -8,30 +8,12 @@ from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from meshing.generation.sizes import MeshSizes
 from meshing.keys import default_of, expected, key_of
 from meshing.specimens import SPECIMENS
 
-from ..law.concrete import Concrete
-from ..solver.stages import Stage
-from .checks import alternatives
-from .tables import BandOptions, GrowOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
+from .inputs import TABLES, alternatives
 
 _TYPES = {float: "number", int: "whole number", str: "string", bool: "true or false"}
-
-#: dataclass of each table but [specimen]
-_TABLES: dict[str, type] = {
-    "grow": GrowOptions,
-    "mesh": MeshSizes,
-    "material": Concrete,
-    "interface": InterfaceOptions,
-    "model": ModelOptions,
-    "band": BandOptions,
-    "stage": Stage,
-    "solver": SolverOptions,
-    "reference": ReferenceOptions,
-    "output": OutputOptions,
-}
 
 
 @dataclass(frozen=True)
@@ -69,13 +51,13 @@ def keys_of_table(table: str, cls: type) -> Iterator[Key]:
 
 def scene_keys(kind: str | None = None) -> list[Key]:
     """All keys of a scene, those of [specimen] for one kind, or none if no kind is named."""
-    found = [Key("", "title", "string", "", "untitled", "", "title of the figures and the summary")]
-    found.append(Key("specimen", "kind", "string", "", "", " or ".join(map(repr, SPECIMENS)), "kind of the specimen", True))
+    keys = [Key("", "title", "string", "", "untitled", "", "title of the figures and the summary")]
+    keys.append(Key("specimen", "kind", "string", "", "", " or ".join(map(repr, SPECIMENS)), "kind of the specimen", True))
     if kind is not None:
-        found += keys_of_table("specimen", SPECIMENS[kind])
-    for table, cls in _TABLES.items():
-        found += keys_of_table(table, cls)
-    return found
+        keys += keys_of_table("specimen", SPECIMENS[kind])
+    for table, cls in TABLES.items():
+        keys += keys_of_table(table, cls)
+    return keys
 
 
 def specimen_kinds() -> list[str]:

@@ -9,7 +9,6 @@ from pathlib import Path
 from ..errors import SceneError
 from ..measured.curve import Measured, Reference
 from ..measured.reading import read_measured
-from ..solver.columns import columns_of
 from .scene import Scene
 from .tables import ReferenceOptions
 
@@ -25,17 +24,14 @@ def load_reference(scene: Scene) -> Reference | None:
     options = scene.reference
     if options is None:
         return None
-    motions = _motions_of(scene)
+    paths, motions = [scene.file(name) for name in options.files], _motions_of(scene)
     if scene.specimen.has_main_gauge and options.against is None:  # it is the clip gauge of the test
         motions = [motion for motion in motions if motion != "cmod"]
-    if options.against is not None and options.against not in motions:
-        raise SceneError(
-            f"reference.against = {options.against!r}: expected a column of the history in mm: {', '.join(motions)}",
-            "reference.against",
-        )
+    if options.against is not None:
+        _check_motion(options.against, motions)
     against, curves = options.against, []
-    for name in options.files:
-        curves.append(read_with(options, scene.file(name), against, motions, scene.specimen.crack_area))
+    for path in paths:
+        curves.append(read_with(options, path, against, motions, scene.specimen.crack_area))
         against = curves[0].against  # the first file says it for all
     return Reference(options.label, curves[0].against, tuple(curves))
 
@@ -53,15 +49,17 @@ def reference_to(scene: Scene, measured: Measured, default: str) -> Reference:
     """A measured curve as the reference of a scene; `default` is what its x is if nobody said."""
     is_main = measured.against == "cmod" and scene.specimen.has_main_gauge
     curve = replace(measured, against="opening" if is_main else measured.against or default)
-    if curve.against not in (motions := _motions_of(scene)):
-        raise SceneError(
-            f"reference.against = {curve.against!r}: expected a column of the history in mm: {', '.join(motions)}",
-            "reference.against",
-        )
+    _check_motion(curve.against, _motions_of(scene))
     return Reference(curve.name, curve.against, (curve,))
 
 
 def _motions_of(scene: Scene) -> list[str]:
     """Columns of the history that a measured x may be, those in mm."""
-    every = columns_of(scene.specimen.gauges(), list(scene.specimen.drives()))
-    return [column.name for column in every if column.unit == "mm"]
+    return [column.name for column in scene.columns if column.unit == "mm"]
+
+
+def _check_motion(against: str, motions: Sequence[str]) -> None:
+    if against not in motions:
+        raise SceneError.at(
+            "reference.against", f" = {against!r}: expected a column of the history in mm: {', '.join(motions)}"
+        )

@@ -47,7 +47,7 @@ class GrowOptions(Table):
         if self.starts is None:
             object.__setattr__(self, "starts", [])
         elif not isinstance(self.starts, list) or not all(map(_is_start, self.starts)):
-            raise ParameterError(f"starts = {self.starts!r}: expected a list of {{at = [x, y], direction = [x, y]}}", "starts")
+            raise ParameterError.at("starts", f" = {self.starts!r}: expected a list of {{at = [x, y], direction = [x, y]}}")
 
 
 def _is_start(entry: Any) -> bool:
@@ -79,7 +79,7 @@ class InterfaceOptions(Table):
     def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.width, str) and self.width != "h":
-            raise ParameterError(f"width = {self.width!r}: expected a number above 0, in mm, or 'h'", "width")
+            raise ParameterError.at("width", f" = {self.width!r}: expected a number above 0, in mm, or 'h'")
 
 
 @dataclass(frozen=True)
@@ -166,12 +166,12 @@ class ReferenceOptions(Table):
         super().__post_init__()
         files = self.files
         if not files or not all(isinstance(name, str) for name in files) or len(set(files)) < len(files):
-            raise ParameterError(f"file = {self.file!r}: expected a file or a list of different files", "file")
+            raise ParameterError.at("file", f" = {self.file!r}: expected a file or a list of different files")
         columns = self.y if isinstance(self.y, list) else [self.y]
         if not all(isinstance(name, (str, int, type(None))) and not isinstance(name, bool) for name in columns):
-            raise ParameterError(f"y = {self.y!r}: expected the name or number of a column, or a list of two", "y")
+            raise ParameterError.at("y", f" = {self.y!r}: expected the name or number of a column, or a list of two")
         if isinstance(self.y, list) and (len(self.y) != 2 or None in self.y):
-            raise ParameterError(f"y = {self.y!r}: expected a list of two columns, lower and upper bound", "y")
+            raise ParameterError.at("y", f" = {self.y!r}: expected a list of two columns, lower and upper bound")
         for name, known in (("x_unit", LENGTHS), ("y_unit", FORCES)):
             if (unit := getattr(self, name)) is not None:
                 factor_of(unit, known, name)

@@ -1,6 +1,6 @@
 """Controls: the quantity that a stage prescribes, and the equation that it adds to those of equilibrium.
 
-A control of one's own is a subclass of `Control`, or of `LinearControl`, under a name that stages then know:
+A user's control is a subclass of `Control`, or of `LinearControl`, under a name that stages then know:
 
     @register_control("closing")
     class Closing(LinearControl):

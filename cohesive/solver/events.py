@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
 from .columns import LOAD_RATIO
 from .problem import State
+from .steps import Resumable
 
 #: {quantity: value}, one entry
 Event = dict[str, float]
@@ -23,7 +25,7 @@ def tolerance(value: float, old: float) -> float:
 
 
 @dataclass
-class Watch:
+class Watch(Resumable):
     """Looks for events in steps that may still be thrown away.
 
     Attributes
@@ -32,6 +34,7 @@ class Watch:
     """
 
     record: Callable[[State], dict[str, float]]
+    moving: ClassVar = ("_peak", "_largest")
     _peak: float = field(default=0.0, init=False)  # largest load so far, N
     _largest: float = field(default=1e-300, init=False)  # and largest of either sign
 
@@ -39,14 +42,6 @@ class Watch:
         """Take note of a step that is kept."""
         self._peak = max(self._peak, state.load)
         self._largest = max(self._largest, abs(state.load))
-
-    def as_data(self) -> tuple[float, float]:
-        """What it took note of."""
-        return self._peak, self._largest
-
-    def go_on_from(self, data: tuple[float, float]) -> None:
-        """Have taken note of what another one did that gave these `as_data`."""
-        self._peak, self._largest = data
 
     @property
     def pushed(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 
 #: what a stage may say of the drives that it does not move: held at the force or at the motion reached, or let go
-WAYS = ("force", "motion", "free")
+MODES = ("force", "motion", "free")
 
 #: of the drive that the stage moves
 _MOVED = "moved"
@@ -31,14 +31,14 @@ class Actuator:
         of two places that opposed forces move apart
     angle : of a platen's motion, degrees: 0 along the first motion, 90 along the second
     hold : whether a platen is held across its motion
-    way : one of WAYS, or that a stage moves it
+    mode : one of MODES, or that a stage moves it
     """
 
     motions: tuple[int, ...]
     is_platen: bool = False
     angle: float = 0.0
     hold: bool = True
-    way: str = "force"
+    mode: str = "force"
 
     @cached_property
     def signs(self) -> Array:
@@ -59,7 +59,7 @@ class Actuator:
 
     def allowed(self) -> Array:
         """Orthonormal columns, (motions, r): how its motions may change."""
-        if self.way == "motion":
+        if self.mode == "motion":
             return np.zeros((2, 0)) if self.is_platen or len(self.motions) == 1 else np.full((2, 1), np.sqrt(0.5))
         return self.signs[:, None] if self.is_platen and self.hold else np.eye(len(self.motions))
 
@@ -84,8 +84,8 @@ class Loading:
     @classmethod
     def from_drives(cls, drives: Mapping[str, Actuator], count: int) -> Loading:
         """Before the first stage: the first drive is to be moved, the others are under no force."""
-        ways = {name: "motion" if name == DEAD else "force" for name in drives}
-        drives = {name: replace(drive, way=ways[name]) for name, drive in drives.items()}
+        modes = {name: "motion" if name == DEAD else "force" for name in drives}
+        drives = {name: replace(drive, mode=modes[name]) for name, drive in drives.items()}
         return cls(drives, "", count, np.zeros(count)).moving(next(iter(drives)))
 
     @property
@@ -124,15 +124,15 @@ class Loading:
             part = np.zeros((self.count, own.shape[1]))
             part[list(drive.motions)] = own[: len(drive.motions)]
             columns.append(part)
-        found = np.concatenate(columns, axis=1)
-        return found if found.shape[1] < self.count else None
+        matrix = np.concatenate(columns, axis=1)
+        return matrix if matrix.shape[1] < self.count else None
 
     def moving(self, name: str) -> Loading:
         """The same, but that another drive is moved; the one before is held at its force."""
         drives = dict(self.drives)
         if self.active in drives:
-            drives[self.active] = replace(drives[self.active], way="motion" if self.active == DEAD else "force")
-        drives[name] = replace(drives[name], way=_MOVED)
+            drives[self.active] = replace(drives[self.active], mode="motion" if self.active == DEAD else "force")
+        drives[name] = replace(drives[name], mode=_MOVED)
         return replace(self, drives=drives, active=name)
 
     def turned(self, angle: float | None, hold: bool | None) -> Loading:
@@ -147,15 +147,15 @@ class Loading:
         Parameters
         ----------
         name : the drive that the stage moves; None: as before.
-        others : one of WAYS for other drives; those that are not named stay as they are, the one that was moved before is
+        others : one of MODES for other drives; those that are not named stay as they are, the one that was moved before is
             held at its force.
         forces : on all motions in the state that the stage begins with, (count,), N.
         """
         new = self.moving(self.active if name is None else name)
-        drives = {each: replace(drive, way=others.get(each, drive.way)) for each, drive in new.drives.items()}
+        drives = {each: replace(drive, mode=others.get(each, drive.mode)) for each, drive in new.drives.items()}
         dead = np.zeros(self.count)
         for each, drive in drives.items():
-            if drive.way == "force":
-                stays = self.drives[each].way == "force"
+            if drive.mode == "force":
+                stays = self.drives[each].mode == "force"
                 dead += self.force(each, self.dead if stays else forces) * new.row(each)
         return replace(new, drives=drives, dead=dead)

@@ -101,7 +101,7 @@ def _search(at: Callable[[Array, float], Iterate], now: Iterate, step: Array) ->
         if value < (1.0 - DECREASE * size) * merit:
             return new, size
         curvature = (value**2 - merit**2 * (1.0 - 2.0 * size)) / size**2
-        size *= float(np.clip(merit**2 / curvature / size, 0.1, 0.5)) if np.isfinite(curvature) else 0.1
+        size *= float(np.clip(merit**2 / curvature / size, 0.1, 0.5)) if curvature > 0 else 0.1  # else no number
         if size < SMALLEST_LENGTH and full is not None:
             return full, 1.0
 

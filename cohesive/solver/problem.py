@@ -161,7 +161,7 @@ class Problem:
         return self._on_motions(self.loading.direction)
 
     @cached_property
-    def _held_forces(self) -> Array | None:
+    def _constant_forces(self) -> Array | None:
         """Forces of the drives that are held at theirs, (n,), N; None: there are none."""
         return self._on_motions(self.loading.dead) if self.loading.dead.any() else None
 
@@ -183,13 +183,13 @@ class Problem:
         values = np.r_[np.ones(n - k), allowed[at, column]]
         return sp.csr_array((values, (rows, columns)), shape=(n, n - k + allowed.shape[1]))
 
-    def held_part(self, v: Array) -> Array:
+    def fixed_part(self, v: Array) -> Array:
         """What the drives do not allow to change of some unknowns, (m, n)."""
-        held = np.zeros_like(v)
+        fixed = np.zeros_like(v)
         if (allowed := self.loading.allowed) is not None:
             driven = v[:, self.drives]
-            held[:, self.drives] = driven - driven @ allowed @ allowed.T
-        return held
+            fixed[:, self.drives] = driven - driven @ allowed @ allowed.T
+        return fixed
 
     def bulk(self, v: Array) -> Array:
         """Forces of the elastic bulk and of the springs, (n,), N."""
@@ -209,8 +209,8 @@ class Problem:
     def residual(self, v: Array, crack: Array, load: float) -> Array:
         """Forces out of balance, (n,), N, with those of the cracks, less the reactions of what the drives hold."""
         residual = self.bulk(v) + crack - load * self.drive
-        if self._held_forces is not None:
-            residual -= self._held_forces
+        if self._constant_forces is not None:
+            residual -= self._constant_forces
         if (allowed := self.loading.allowed) is not None:
             residual[self.drives] = allowed @ (allowed.T @ residual[self.drives])
         return residual
@@ -236,8 +236,8 @@ class Problem:
         """Work of all loads from one state to another, by the trapezoidal rule, N mm."""
         change = now.v - start.v
         work = 0.0 if self.loading.active == DEAD else 0.5 * (start.load + now.load) * float(self.drive @ change)
-        if self._held_forces is not None:
-            work += float(self._held_forces @ change)
+        if self._constant_forces is not None:
+            work += float(self._constant_forces @ change)
         if (at := self.dead_motion) is not None:
             force = [float(self.stiffness.apply(v)[at]) for v in (start.v, now.v)]
             work -= 0.5 * float(start.v[at] + now.v[at]) * (force[1] - force[0])

@@ -93,9 +93,9 @@ class Sensitivity:
     def states(self) -> list[State]:
         """The unloaded state and those of all steps, n + 1."""
         nothing = State(np.zeros(self.problem.operator.size), 0.0, self.problem.point_law.initial())
-        found = [nothing, *(step.equilibrium.state for _, step in self.every)]
-        found[len(self.dead)] = self.problem.initial()
-        return found
+        states = [nothing, *(step.equilibrium.state for _, step in self.every)]
+        states[len(self.dead)] = self.problem.initial()
+        return states
 
     @cached_property
     def points(self) -> InterfaceSteps:
@@ -120,27 +120,27 @@ class Sensitivity:
         parts = divided._rates()
         # a dissipation that is prescribed is the sum over steps that are not divided
         whole = [[rates[i] for i in kept] for rates in parts] if self._last_prescribed < 0 else self._rates()
-        found = []
+        complete = []
         for parameter, rates, part in zip(self.parameters, whole, parts, strict=True):
             for i, rate in zip(kept, rates, strict=True):
                 part[i] = rate
             work = divided._work(parameter, part)
-            found.append(self._with_energies(parameter, rates, [work[i] for i in kept])[first:])
-        return found
+            complete.append(self._with_energies(parameter, rates, [work[i] for i in kept])[first:])
+        return complete
 
     def _with_onsets(self) -> Sensitivity:
         """The steps, each in which damage begins in two parts, as its work is that of both."""
         law = self.problem.point_law
         parts: tuple[list[Step], list[Step]] = ([], [])
         for i, (start, (problem, step)) in enumerate(zip(self.states[:-1], self.every, strict=True)):
-            found, now = parts[i >= len(self.dead)], step.equilibrium.state
+            steps, now = parts[i >= len(self.dead)], step.equilibrium.state
             begins = now.dissipated > start.dissipated and not law.is_on_surface(start.cracks)
             if begins and not control_of(step.control).begins_at_onset:
                 onset = onset_within(problem, start, step.control, step.value)
                 if onset is not None:
                     state = State(onset.v, onset.load, onset.cracks)
-                    found.append(Step(Equilibrium(state, 0, []), 0, "dissipation", start.dissipated, step.stage))
-            found.append(step)
+                    steps.append(Step(Equilibrium(state, 0, []), 0, "dissipation", start.dissipated, step.stage))
+            steps.append(step)
         return replace(self, dead=parts[0], steps=parts[1])
 
     def _rates(self) -> list[list[State]]:
@@ -153,12 +153,12 @@ class Sensitivity:
         last = _Rates(np.zeros((count, size)), np.zeros(count), np.zeros_like(stress[:, 0]), np.zeros_like(stress[:, 0]),
                       np.zeros((count, p)), np.zeros(count))  # fmt: skip
         last.Z += np.array([[each.variation.onset_jump] for each in self.parameters])
-        found, start = [last], last
+        rates, start = [last], last
         for i in range(len(self.every)):
-            found.append(self._follow(i, found[-1], start, stress[:, i], history[:, i]))
+            rates.append(self._follow(i, rates[-1], start, stress[:, i], history[:, i]))
             if i + 1 == len(self.dead):
-                found[-1] = start = replace(found[-1], load=np.zeros(count))  # of the drives there is none yet
-        return [self._states(j, found, start) for j in range(count)]
+                rates[-1] = start = replace(rates[-1], load=np.zeros(count))  # of the drives there is none yet
+        return [self._states(j, rates, start) for j in range(count)]
 
     @cached_property
     def _last_prescribed(self) -> int:
@@ -177,16 +177,16 @@ class Sensitivity:
         row, corner, gaps = self._control(i, last, start)
         border = problem.border(points.tangent[here], row, corner)
         solve = problem.stiffness.factored(border)  # type: ignore[attr-defined]
-        held = problem.held_part(last.v)
+        fixed = problem.fixed_part(last.v)
         right = np.empty((problem.operator.size + 1, len(gaps)), order="F")
         for j, parameter in enumerate(self.parameters):
             right[:-1, j] = -parameter.forces(now.v) - problem.operator.force(stress[j])
         right[-1] = -gaps
-        if held.any():
-            right[:-1] -= np.stack([problem.stiffness.apply(each) for each in held], axis=1)
-            right[-1] -= held @ row
+        if fixed.any():
+            right[:-1] -= np.stack([problem.stiffness.apply(each) for each in fixed], axis=1)
+            right[-1] -= fixed @ row
         x = solve(right)
-        v = np.ascontiguousarray(x[:-1].T) + held
+        v = np.ascontiguousarray(x[:-1].T) + fixed
         motion = np.einsum("pik,mpk->mpi", problem.operator.matrix, v[:, problem.operator.index])
         moved = np.where(points.loading[here], np.einsum("pi,mpi->mp", points.slope[here], motion), 0.0)
         stress = stress + np.einsum("pij,mpj->mpi", points.tangent[here], motion)
@@ -235,7 +235,7 @@ class Sensitivity:
         changes = [one.dissipation(each.variation, last.points(j), motion[j]) for j, each in enumerate(self.parameters)]
         return np.array(changes) @ self.problem.operator.weights
 
-    def _states(self, j: int, found: Sequence[_Rates], start: _Rates) -> list[State]:
+    def _states(self, j: int, rates: Sequence[_Rates], start: _Rates) -> list[State]:
         """The derivatives in one parameter."""
         drive = self.problem.drive
         return [
@@ -243,12 +243,12 @@ class Sensitivity:
                 each.v[j], float(each.load[j]), each.points(j), float(drive @ (each.v[j] - start.v[j])),
                 dissipated=float(each.dissipated[j]),
             )
-            for each in found
+            for each in rates
         ]  # fmt: skip
 
     def _work(self, parameter: Parameter, rates: Sequence[State]) -> list[float]:
         """Derivatives of the work up to each state, see `Problem.work`."""
-        found = [0.0]
+        total = [0.0]
         for (problem, _), (start, now), (old, new) in zip(self.every, pairwise(self.states), pairwise(rates), strict=True):
             change = 0.0
             if problem.loading.active != DEAD:
@@ -259,8 +259,8 @@ class Sensitivity:
                 rate = [self._dead_force(parameter, *each) for each in ((start, old), (now, new))]
                 change -= 0.5 * float(old.v[at] + new.v[at]) * (force[1] - force[0])
                 change -= 0.5 * float(start.v[at] + now.v[at]) * (rate[1] - rate[0])
-            found.append(found[-1] + change)
-        return found
+            total.append(total[-1] + change)
+        return total
 
     def _dead_force(self, parameter: Parameter, now: State, rate: State) -> float:
         """Derivative of the force on the motion that stands for the dead loads."""
@@ -279,7 +279,7 @@ class Sensitivity:
             for part in (points.stored, points.dissipation, points.contact_work)
         )
         dissipated, contact = np.cumsum(dissipated), np.cumsum(contact)
-        found = [rates[0]]
+        complete = [rates[0]]
         for i, new in enumerate(rates[1:]):
             now = states[i + 1]
             elastic = float(problem.bulk(now.v) @ new.v + 0.5 * parameter.forces(now.v) @ now.v)
@@ -287,8 +287,8 @@ class Sensitivity:
                 force = float(problem.stiffness.apply(now.v)[at])
                 elastic -= float(new.v[at] * force + now.v[at] * self._dead_force(parameter, now, new))
             energy = (work[i + 1], elastic, float(stored[i]), float(dissipated[i]), float(contact[i]))
-            found.append(State(new.v, new.load, new.cracks, new.driven, *energy))
-        return found
+            complete.append(State(new.v, new.load, new.cracks, new.driven, *energy))
+        return complete
 
 
 @dataclass

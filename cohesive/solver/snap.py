@@ -219,10 +219,10 @@ class WayBack:
         problem = self.problem
         size = largest = problem.energy / DEFAULT_STEPS
         self.start = self.furthest = last = self._motion(state)
-        found: list[tuple[Equilibrium, int]] = []
+        steps: list[tuple[Equilibrium, int]] = []
         cuts = 0
         if self.start <= 0 or not (state.load > 0 or problem.point_law.is_on_surface(state.cracks)):
-            return found  # unloading, or pushed: what dissipates next lies the other way
+            return steps  # unloading, or pushed: what dissipates next lies the other way
         while size > SMALLEST_STEP**2 * largest:
             fraction, self.is_reached = 1.0, False
             try:
@@ -237,11 +237,11 @@ class WayBack:
                 cuts += 1
                 continue
             self.is_reached |= fraction < 1.0  # in a step that small there is no equilibrium at which to stop
-            found.append((trial, cuts))
+            steps.append((trial, cuts))
             state, cuts = trial.state, 0
             self.furthest = min(self.furthest, motion)
             if self.is_reached or problem.is_separated(state) or self._advances(motion, last):
-                return found
+                return steps
             last = motion
             size = min(next_size(problem, size, trial.iterations, largest), largest)
         self.is_reached = False

@@ -12,7 +12,7 @@ from meshing.keys import key
 
 from ..errors import ParameterError
 from .controls import control_of
-from .loading import WAYS
+from .loading import MODES
 
 #: steps to a target that a run may ask for
 MOST_STEPS = 1_000_000
@@ -90,9 +90,9 @@ class Stage:
         if not can_fall and (min(self.targets) <= 0 or np.any(np.diff(self.targets) <= 0)):
             raise _refused("to", self.to, f"growing numbers above 0, {self.control} cannot fall")
         if self.steps is not None and self.step is not None:
-            raise ParameterError(f"steps = {self.steps}, step = {self.step}: expected one of the two", "steps")
+            raise ParameterError.at("steps", f" = {self.steps}, step = {self.step}: expected one of the two")
         if self.others is not None and not (
-            isinstance(self.others, dict) and all(isinstance(way, str) and way in WAYS for way in self.others.values())
+            isinstance(self.others, dict) and all(isinstance(mode, str) and mode in MODES for mode in self.others.values())
         ):
             raise _refused("others", self.others, "{name of a drive = 'force' or 'motion' or 'free'}")
         if self.others and self.drive in self.others:
@@ -100,7 +100,7 @@ class Stage:
         _check_event("until", self.until)
         _check_event("unload", self.unload)
         if self.unload is not None and not can_fall:
-            raise ParameterError(f"unload = {self.unload!r}: {self.control} cannot fall; expected another control", "unload")
+            raise ParameterError.at("unload", f" = {self.unload!r}: {self.control} cannot fall; expected another control")
 
     @property
     def data(self) -> dict[str, Any]:
@@ -133,7 +133,7 @@ def _check_event(key: str, event: Any) -> None:
 
 
 def _refused(key: str, value: object, expected: str) -> ParameterError:
-    return ParameterError(f"{key} = {value!r}: expected {expected}", key)
+    return ParameterError.at(key, f" = {value!r}: expected {expected}")
 
 
 def _is_number(value: object) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from .controls import control_of
 from .events import Event, Watch
 from .problem import Problem, State
 from .stages import Stage, event_text
-from .steps import Step
+from .steps import Resumable, Step
 from .target_path import TargetPath
 
 __all__ = ["LoadStepper", "Step", "solve"]
@@ -22,15 +22,12 @@ __all__ = ["LoadStepper", "Step", "solve"]
 #: steps after which the factorization is dropped: a run that is resumed there has none either, and comes out the same
 EVERY = 10
 
-#: fields that change from step to step, as they are
-_MOVING = ("notes", "_slack", "_before", "_state", "_count", "_number", "_is_apart")
-
 #: force across the drive, over the strength of the crack, from which on letting go of it is worth a note
 _NOTED_FORCE = 1e-6
 
 
 @dataclass
-class LoadStepper:
+class LoadStepper(Resumable):
     """Takes a problem through its stages; see `solve`, which makes one.
 
     Attributes
@@ -49,6 +46,7 @@ class LoadStepper:
     step_growth: float = 1.0
     notes: list[str] = field(default_factory=list)
     dead: Sequence[Step] = ()
+    moving: ClassVar = ("notes", "_slack", "_before", "_state", "_count", "_number", "_is_apart")
     _slack: dict[str, float] = field(default_factory=dict, init=False)  # by which each control may have missed its target
     _before: State = field(init=False)
     _state: State = field(init=False)
@@ -89,16 +87,19 @@ class LoadStepper:
             self.notes.append("ended early: the crack has run through, no traction is left")
 
     def as_data(self) -> dict[str, Any]:
-        """Where it stands after a step, in numbers, text, arrays and data classes of them."""
+        """Where it stands after a step, with what it makes."""
         path = None if self._path is None else self._path.as_data()
         problem = {"loading": self.problem.loading, "springs": self.problem.springs}
-        own = {name: getattr(self, name) for name in _MOVING}
-        return own | {"problem": problem, "watch": self._watch.as_data(), "left": len(self._to_come), "path": path}
+        return super().as_data() | {
+            "problem": problem,
+            "watch": self._watch.as_data(),
+            "left": len(self._to_come),
+            "path": path,
+        }
 
     def go_on_from(self, data: Mapping[str, Any]) -> None:
-        """Stand where another one stood that gave these `as_data`, with the same problem and stages."""
-        for name in _MOVING:
-            setattr(self, name, data[name])
+        """As every `Resumable`, with the same problem and stages."""
+        super().go_on_from(data)
         self.problem = replace(self.problem, **data["problem"])
         self._watch.go_on_from(data["watch"])
         targets = list(_targets(self.stages[self._number - 1]))
@@ -141,7 +142,7 @@ class LoadStepper:
         self.problem = replace(self.problem, loading=loading)
         self._slack.clear()  # `driven` and the load are now those of another motion
         for name in loading.names:
-            if loading.drives[name].way == "free" != before.drives[name].way:
+            if loading.drives[name].mode == "free" != before.drives[name].mode:
                 self._note_drop(number, before.force(name, forces), f"of drive '{name}'")
         if loading.moved.is_free_across and not np.isfinite(self.problem.springs.rest[loading.moved.motions[0]]):
             self._let_go(state, number)
@@ -163,7 +164,7 @@ class LoadStepper:
             )
 
     def _returns(self, number: int, target: float) -> bool:
-        """Whether a separated crack is closed again, or slid, by what is still to come, the rest of this way included."""
+        """Whether a separated crack is closed again, or slid, by what is still to come, the rest of the path included."""
         moved = self.problem.loading.moved
         if moved.is_platen and (moved.hold or self.problem.springs.stiffness[moved.motions[0]]):
             return True  # both parts are held by a platen

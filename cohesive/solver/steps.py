@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from .newton import Equilibrium, most_iterations
 from .problem import Problem
@@ -33,8 +35,23 @@ class Step:
     stage: int
 
 
+class Resumable:
+    """What goes on after a step where another one of its kind stood: its `moving` fields say where that is."""
+
+    moving: ClassVar[tuple[str, ...]]
+
+    def as_data(self) -> dict[str, Any]:
+        """Where it stands, in numbers, text, arrays and data classes of them."""
+        return {name: getattr(self, name) for name in self.moving}
+
+    def go_on_from(self, data: Mapping[str, Any]) -> None:
+        """Stand where another one stood that gave these `as_data`."""
+        for name in self.moving:
+            setattr(self, name, data[name])
+
+
 def next_size(problem: Problem, size: float, iterations: int, nominal: float, growth: float = 1.0) -> float:
-    """Size of the step after one that took so many iterations.
+    """Size of the step after one, from its number of iterations.
 
     Parameters
     ----------

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from .newton import Equilibrium, advance
 from .problem import Problem, State
 from .snap import WayBack, advance_past_onset, snap_through
 from .stages import Stage, event_text
-from .steps import SMALLEST_STEP, Step, next_size
+from .steps import SMALLEST_STEP, Resumable, Step, next_size
 
 #: step, as a part of the nominal one, in which a crack that has no equilibrium close by may snap to the next one
 SNAP_STEP = 1.0 / 16.0
@@ -27,15 +27,9 @@ REVERSAL_STEP = 0.25
 #: part of the fracture energy
 _KEPT_LOAD, _LOST_ENERGY = 0.7, 0.05
 
-#: fields that change from step to step
-_MOVING = (
-    "state", "is_reached", "_value", "_start", "_distance", "_direction", "_nominal", "_size", "_reversal", "_cuts",
-    "_leads_away", "_has_begun", "_found",
-)  # fmt: skip
-
 
 @dataclass
-class TargetPath:
+class TargetPath(Resumable):
     """The way to one target; iterate over its steps once. With each step it stands where the next one begins.
 
     Attributes
@@ -65,6 +59,10 @@ class TargetPath:
     notes: list[str]
     step_growth: float = 1.0
     is_reached: bool = field(default=False, init=False)
+    moving: ClassVar = (
+        "state", "is_reached", "_value", "_start", "_distance", "_direction", "_nominal", "_size", "_reversal", "_cuts",
+        "_leads_away", "_has_begun", "_traced",
+    )  # fmt: skip
     _control: Control = field(init=False)
     _value: float = field(init=False)  # of the control in `state`
     _start: float = field(init=False)
@@ -76,7 +74,7 @@ class TargetPath:
     _cuts: int = field(default=0, init=False)  # of the next step
     _leads_away: bool = field(default=False, init=False)
     _has_begun: bool = field(default=False, init=False)
-    _found: list[Step] = field(default_factory=list, init=False)  # which are still to be handed out
+    _traced: list[Step] = field(default_factory=list, init=False)  # which are still to be handed out
 
     def __post_init__(self) -> None:
         self._control = control_of(self.stage.control)
@@ -84,15 +82,6 @@ class TargetPath:
         self._direction = float(np.sign(self.target - self._start))
         # unloading ends at its event, and its steps are those of a way back to 0
         self._distance = abs(self._start) if self._is_unloading() else abs(self.target - self._start)
-
-    def as_data(self) -> dict[str, Any]:
-        """Where it stands after a step, see `LoadStepper.as_data`."""
-        return {name: getattr(self, name) for name in _MOVING}
-
-    def go_on_from(self, data: Mapping[str, Any]) -> None:
-        """Stand where another one to the same target stood that gave these `as_data`."""
-        for name in _MOVING:
-            setattr(self, name, data[name])
 
     def __iter__(self) -> Iterator[Step]:
         name = self.stage.control
@@ -112,7 +101,7 @@ class TargetPath:
                 if self._size >= SMALLEST_STEP * self._nominal:
                     continue
                 if self._control.is_motion and (back := self._trace_back()):
-                    self._found = back
+                    self._traced = back
                     self._move(back[-1].equilibrium.state)
                     self._size = SNAP_STEP * self._nominal
                     yield from self._handed_out()
@@ -137,8 +126,8 @@ class TargetPath:
             yield step
 
     def _handed_out(self) -> Iterator[Step]:
-        while self._found:
-            yield self._found.pop(0)
+        while self._traced:
+            yield self._traced.pop(0)
 
     def _is_unloading(self) -> bool:
         return self.event is not None and self.event is self.stage.unload
@@ -229,16 +218,16 @@ class TargetPath:
 
     def _trace_back(self) -> list[Step]:
         """Steps by dissipation over a snap-back, none if they fail."""
-        way = WayBack(self.problem, self._control, self._direction, self.target, self._nominal, self._locate)
-        found = way.follow(self.state)
-        if found and way.furthest < way.start:
-            here, there = (self._direction * value for value in (way.start, way.furthest))
+        back = WayBack(self.problem, self._control, self._direction, self.target, self._nominal, self._locate)
+        steps = back.follow(self.state)
+        if steps and back.furthest < back.start:
+            here, there = (self._direction * value for value in (back.start, back.furthest))
             self.notes.append(
                 f"stage {self.number}: {self.stage.control} goes back from {here:.5g} to {there:.5g}, "
-                f"followed by {len(found)} steps of dissipation"
+                f"followed by {len(steps)} steps of dissipation"
             )
-        self.is_reached = way.is_reached
-        return [Step(trial, cuts, "dissipation", trial.state.dissipated, self.number) for trial, cuts in found]
+        self.is_reached = back.is_reached
+        return [Step(trial, cuts, "dissipation", trial.state.dissipated, self.number) for trial, cuts in steps]
 
     def _locate(self, before: State, after: State) -> tuple[float, bool]:
         return (1.0, False) if self.event is None else self.watch.locate(self.event, before, after)

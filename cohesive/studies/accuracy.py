@@ -57,7 +57,7 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     Raises
     ------
     SceneError
-        For another accuracy, a mesh of the user's, a model of which there is no trade, or a table that cannot be read.
+        For another accuracy, a user mesh, a model of which there is no trade, or a table that cannot be read.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     wanted = parse(accuracy)
     if scene.sizes is None:
         raise SceneError(
-            "accuracy: a mesh of your own has no sizes to choose, and they matter most; expected a built-in specimen, or "
+            "accuracy: a user mesh has no sizes to choose, and they matter most; expected a built-in specimen, or "
             "`cohesive run` with files of two sizes, whose difference tells the error of the mesh"
         )
     said = ""
@@ -85,7 +85,12 @@ def settings_for(scene: Scene, accuracy: float | str, table: str | Path | None =
     alike = [name for name in tables if _kind(tables[name].scene) == _kind(scene)]
     if not alike:
         raise SceneError(f"accuracy: no stored trade is of a {', '.join(_kind(scene))} model; `cohesive trade` measures one")
-    name = min(alike, key=lambda each: _farness(scene, tables[each].scene))
+
+    def farness(name: str) -> tuple[bool, bool, float]:
+        like = tables[name].scene
+        return scene.kind != like.kind, _turns(scene) != _turns(like), distance(scene, like)
+
+    name = min(alike, key=farness)
     where = f"{said}carried over from {_source(name)}, not measured on this scene: `cohesive trade` would"
     return _choice(scene, wanted, tables[name], where, elsewhere=True)
 
@@ -111,16 +116,16 @@ def _choice(scene: Scene, wanted: float, trade: Trade, where: str, elsewhere: bo
             (trial for trial in trade.trials if trial.is_same_problem), key=lambda trial: trade.promise(trial, elsewhere)
         )
         missed = "no setting reaches it, the most accurate one is taken: "
-    found = changes(scene, best.settings, trade.scene)
+    changed = changes(scene, best.settings, trade.scene)
     keys = ", ".join(
-        f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in found.items()
+        f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in changed.items()
     )
     promised = trade.promise(best, elsewhere)
     text = (
         f"accuracy {100 * wanted:.3g} %: {missed}{label(best.settings)}, which promises {100 * promised:.2g} % ({where}): "
         f"{keys or 'nothing changes'}"
     )
-    return Choice(found, promised, text)
+    return Choice(changed, promised, text)
 
 
 def _source(name: str) -> str:
@@ -133,11 +138,6 @@ def _kind(scene: Scene) -> tuple[str, ...]:
     another one may cost hours there."""
     model = ("discrete",) if scene.model.kind == "discrete" else ("smeared", scene.band.where)
     return (f"{scene.kind} in 3D", *model) if scene.is_solid else model
-
-
-def _farness(scene: Scene, like: Scene) -> tuple[bool, bool, float]:
-    """How far two scenes are apart; they are compared by kind, then by loading, then by size."""
-    return scene.kind != like.kind, _turns(scene) != _turns(like), distance(scene, like)
 
 
 def _turns(scene: Scene) -> bool:

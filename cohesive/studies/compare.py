@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
 
 from meshing.errors import MeshError
 
@@ -17,8 +16,6 @@ from ..scenes.scene import Scene
 from ..simulation import run
 from ..solver.stepper import Step
 from .comparison import MODELS, Comparison
-
-E = TypeVar("E", SceneError, Interrupted)
 
 
 def compare(
@@ -70,18 +67,12 @@ def compare(
             if not isinstance(error, NotConverged) or not isinstance(stopped, Result) or not stopped.steps:
                 raise
             result = stopped
-        except MeshError as error:
-            raise _with_finished(SceneError(str(error), error.key), results) from error
-        except KeyboardInterrupt as error:  # before the first step
-            raise _with_finished(Interrupted(*error.args), results) from error
+        except (MeshError, KeyboardInterrupt) as error:  # before the first step
+            ended = SceneError(str(error), error.key) if isinstance(error, MeshError) else Interrupted(*error.args)
+            ended.finished = results
+            raise ended from error
         notes += [f"{name}: {note}" for note in (*result.notes, *warnings(result))]
         results.append(result)
     if scene.model.half:
         notes.append("smeared: the whole body; model.half holds for the discrete run only")
     return Comparison(results[0], results[1], notes)
-
-
-def _with_finished(error: E, results: list[Result]) -> E:
-    """An error that carries the runs that were finished before it."""
-    error.finished = results
-    return error

@@ -76,7 +76,7 @@ class Comparison:
     def travelled(self) -> str:
         """What the curves are drawn over."""
         if self.discrete.drives_both_ways:
-            return "way of the platen, there and back"
+            return "travel of the platen, there and back"
         there_and_back = bool((np.diff(self.discrete.history[self.measure]) < 0).any())
         return f"{self.measure} travelled, forth and back" if there_and_back else self.measure
 
@@ -89,13 +89,13 @@ class Comparison:
         if self.discrete.fields.mesh.dimension == 3 and not self.discrete.scene.specimen.paths:
             return []
         s, x, _ = self._pair.upto_end(0)
-        found = []
+        profiles = []
         for at in self._stages():
             by_model = {
                 name: _profile(run, s, at) for (name, run), s in zip(self.runs.items(), self._pair.travelled, strict=True)
             }
-            found.append((f"{self.measure} {np.interp(at, s, x):.3g} mm", by_model))
-        return found
+            profiles.append((f"{self.measure} {np.interp(at, s, x):.3g} mm", by_model))
+        return profiles
 
     def _stages(self) -> list[float]:
         """What is travelled to the stages of `profiles`, mm."""

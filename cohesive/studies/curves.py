@@ -22,7 +22,7 @@ class Curve:
     Attributes
     ----------
     x, load, work : (n,) arrays, mm, N, N mm; x is the measure in charge, as the opening of a gauge, cmod or driven
-    platen : (n,) array, mm, the way of a platen that moves in two directions, over which its load is drawn; None if the
+    platen : (n,) array, mm, the travel of a platen that moves in two directions, over which its load is drawn; None if the
         load is drawn over x
     """
 
@@ -45,12 +45,12 @@ class Curve:
 def curve_of(data: RunData, measure: str | None = None) -> Curve:
     """The curve of a run over a column of its history, by default that in charge."""
     x, load, work = (data.history[name] for name in (measure or data.controlled, "load", "work"))
-    return Curve(x, load, work, data.way if data.drives_both_ways else None)
+    return Curve(x, load, work, data.drive_travel if data.drives_both_ways else None)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two curves over a parameter that both have in common: what they travelled of x, or of the platen's way.
+    """Two curves over a parameter that both have in common: what they travelled of x, or of the platen's travel.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class Pair:
     def from_curves(cls, first: Curve, second: Curve) -> Pair:
         """Two curves of the same scene."""
         curves = (first, second)
-        ways = [curve.platen for curve in curves]
-        travelled = _travelled([c.x for c in curves]) if ways[0] is None or ways[1] is None else [ways[0], ways[1]]
+        platens = [curve.platen for curve in curves]
+        travelled = _travelled([c.x for c in curves]) if platens[0] is None or platens[1] is None else [platens[0], platens[1]]
         return cls(curves, travelled, float(min(s[-1] for s in travelled)))
 
     def upto_end(self, i: int) -> tuple[Array, Array, Array]:
@@ -105,7 +105,7 @@ class Pair:
 
 
 def _travelled(positions: Sequence[Array]) -> list[Array]:
-    """Way travelled, forth and back, for each curve, mm.
+    """Length travelled, forth and back, for each curve, mm.
 
     If both curves turn equally often, what they travel between two turns is counted as the mean of both, so that a run
     that closes a little further does not fall behind the other.

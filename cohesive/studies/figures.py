@@ -38,9 +38,7 @@ def comparison_figure(
     widths = [1.15, 1.0] if profiles else [1.0]
     grid = figure.add_gridspec(2, len(widths), height_ratios=[2.4, 1.0], width_ratios=widths)
     top, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
-    reference = discrete.reference
-    if reference is not None and reference.against == measure and not discrete.drives_both_ways:
-        draw_reference(top, reference)
+    draw_reference(top, discrete, measure)
     for (label, result), style in zip(runs.items(), ("C0-", "C1--"), strict=True):
         what, x, load = abscissa(result, measure)
         top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.5g} N")

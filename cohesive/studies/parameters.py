@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ..errors import SceneError
-from ..model.interface import default_width
+from ..law.widths import default_width
 from ..scenes.scene import Scene
 from ..solver.controls import control_of
 from ..solver.stages import Stage
@@ -66,8 +66,8 @@ def single(scene: Scene, names: Iterable[str] | None = None) -> list[Settings]:
         "smoothing c_zn": tuple(c for c in (5.0, 9.0, 50.0) if c != scene.material.c_zn),
         "model": ("smeared" if discrete else "discrete",),
     }
-    found = [{name: value} for name in wanted for value in values[name]]
-    return [settings for settings in found if _is_changed(scene, settings)]
+    alone = [{name: value} for name in wanted for value in values[name]]
+    return [settings for settings in alone if _is_changed(scene, settings)]
 
 
 def _is_changed(scene: Scene, settings: Settings) -> bool:
@@ -103,7 +103,7 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
     shape = settings.get("shape", sizes.shape) if _has_shapes(scene) else "triangle"
     is_linear = scene.is_solid and (shape == "quad" or (model == "smeared" and scene.band.where == "path"))
     crack = sizes.crack_size * scale * settings.get("crack size", 1.0) / finer
-    found: Changes = {
+    keys: Changes = {
         "mesh.crack_size": crack,
         "mesh.far_size": max(sizes.far_size * scale * settings.get("far size", 1.0) / finer, crack),
         "mesh.order": 1 if is_linear else settings.get("order", sizes.order),
@@ -116,14 +116,14 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
         "model.half": model == "discrete"
         and (settings.get("half", like.model.half or scene.model.half) and _can_be_halved(scene)),
     }
-    found |= _layers(scene, like, settings)
+    keys |= _layers(scene, like, settings)
     if scene.model.kind == "discrete":
-        found["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
-    found |= _width(scene, like, settings, crack)
-    found |= _steps(scene, like, settings.get("steps", 1.0) * finer)
-    changed = {key: value for key, value in found.items() if value != _current(scene, key)}
+        keys["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
+    keys |= _width(scene, like, settings, crack)
+    keys |= _steps(scene, like, settings.get("steps", 1.0) * finer)
+    changed = {key: value for key, value in keys.items() if value != _current(scene, key)}
     if "mesh.crack_size" in changed and scene.given("mesh.far_size") is None:  # which would follow it
-        changed["mesh.far_size"] = found["mesh.far_size"]
+        changed["mesh.far_size"] = keys["mesh.far_size"]
     return changed
 
 
@@ -188,35 +188,35 @@ def _current(scene: Scene, key: str) -> Any:
     return getattr(part[int(number[0])] if number else part, name)
 
 
-def _ways(stages: Sequence[Stage]) -> list[float]:
-    """The longest way to a target of each stage, mm, N or N mm."""
-    ways, last, control = [], 0.0, ""
+def _lengths(stages: Sequence[Stage]) -> list[float]:
+    """The longest distance to a target of each stage, mm, N or N mm."""
+    lengths, last, control = [], 0.0, ""
     for stage in stages:
         start = last if stage.control == control else 0.0
         ends = [start, *stage.targets]
-        ways.append(
+        lengths.append(
             max(abs(target if stage.unload else target - end) for target, end in zip(stage.targets, ends, strict=False))
         )
         last, control = ends[-1], stage.control
-    return ways
+    return lengths
 
 
 def _steps(scene: Scene, like: Scene, factor: float) -> Changes:
     """Steps of every stage, taken from the stage of the same number (or the last one) of the other scene."""
     opening, opening_there = (m.Gf / m.ft for m in (scene.material, like.material))
-    found: Changes = {}
-    for i, (stage, way) in enumerate(zip(scene.stages, _ways(scene.stages), strict=True)):
+    keys: Changes = {}
+    for i, (stage, length) in enumerate(zip(scene.stages, _lengths(scene.stages), strict=True)):
         j = min(i, len(like.stages) - 1)
-        other, way_there = like.stages[j], _ways(like.stages)[j]
-        count = other.count(way_there)
+        other, length_there = like.stages[j], _lengths(like.stages)[j]
+        count = other.count(length_there)
         if control_of(stage.control).is_motion and control_of(other.control).is_motion:
-            count *= max(1.0, (way / opening) / (way_there / opening_there))
+            count *= max(1.0, (length / opening) / (length_there / opening_there))
         if stage.step is not None:
-            if not math.isclose(step := way / (count * factor), stage.step):
-                found[f"stage.{i}.step"] = step
-        elif (steps := math.ceil(count * factor - 1e-9)) != stage.count(way):
-            found[f"stage.{i}.steps"] = steps
-    return found
+            if not math.isclose(step := length / (count * factor), stage.step):
+                keys[f"stage.{i}.step"] = step
+        elif (steps := math.ceil(count * factor - 1e-9)) != stage.count(length):
+            keys[f"stage.{i}.steps"] = steps
+    return keys
 
 
 def problem(scene: Scene) -> dict[str, Any]:

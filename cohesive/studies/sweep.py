@@ -99,10 +99,10 @@ class Sweep:
     def table(self) -> dict[str, list[Any]]:
         """Columns: the varied keys; peak (N) and where it comes on the measure in charge, as opening_at_peak or cmod_at_peak
         (mm); dissipated (N mm), energy_error, iterations, seconds; and `reason`, empty for a run that came to its end."""
-        found: dict[str, list[Any]] = {key: [each.values[key] for each in self.runs] for key in self.vary}
+        columns: dict[str, list[Any]] = {key: [each.values[key] for each in self.runs] for key in self.vary}
         numbers = [each.numbers(self.measure) for each in self.runs]
-        found |= {name: [row[name] for row in numbers] for name in numbers[0]}
-        return found | {"reason": [each.reason for each in self.runs]}
+        columns |= {name: [row[name] for row in numbers] for name in numbers[0]}
+        return columns | {"reason": [each.reason for each in self.runs]}
 
     def summary(self) -> str:
         """The table in words, and the notes."""
@@ -131,7 +131,7 @@ class Sweep:
         make_folder(folder)
         rows = zip((each.name for each in self.runs), *(map(_exact, column) for column in table.values()), strict=True)
         write_table(folder / "sweep.csv", ["run", *table], rows)
-        write_file(folder / "sweep.txt", lambda path: write_text(path, self.summary() + "\n"))
+        write_text(folder / "sweep.txt", self.summary() + "\n")
         if any(result is not None and result.steps for result in self.results):
             from ..figures.drawing import save  # with matplotlib
 
@@ -204,7 +204,7 @@ def sweep(
     reference = load_reference(scene)
     notes = [*_notes(scene, values), *([] if reference is None else reference.notes)]
 
-    def found() -> Sweep:
+    def so_far() -> Sweep:
         left = (replace(task.run, reason="interrupted") for task in tasks)
         return Sweep(scene, values, [done.get(each.name, each) for each in left], notes)
 
@@ -217,9 +217,9 @@ def sweep(
                 on_run(each)
     except KeyboardInterrupt as error:
         interrupted = Interrupted(*error.args)
-        interrupted.result = found()
+        interrupted.result = so_far()
         raise interrupted from error
-    return found()
+    return so_far()
 
 
 def _checked(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:

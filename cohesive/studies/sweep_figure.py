@@ -35,9 +35,7 @@ def sweep_figure(
     """
     figure = new_figure(8.0, 5.2)
     axes = figure.add_subplot()
-    first = drawn[0][1]
-    if first.reference is not None and first.reference.against == measure and not first.drives_both_ways:
-        draw_reference(axes, first.reference)
+    draw_reference(axes, drawn[0][1], measure)
     keys = list(vary)
     place = {key: {repr(value): i for i, value in enumerate(vary[key])} for key in keys}
     colour = _Colours(vary[keys[0]])

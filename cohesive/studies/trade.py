@@ -35,7 +35,7 @@ _WORTH = 0.9
 _FINER = 4.0
 
 #: in 3D, by at least and at most these, because 4 would be 64 times the elements; between them so that the crack has about
-#: so many elements
+#: this number of elements
 _FINER_IN_3D, _ON_CRACK = (1.5, 2.5), 350
 
 #: CPU times up to this ratio are alike: the machine has other things to do
@@ -64,12 +64,12 @@ class Trade:
 
     def pareto_front(self) -> list[SweepSetting]:
         """Trials that no other one beats in both error and CPU time, cheapest first; those of another problem do not count."""
-        found: list[SweepSetting] = []
+        front: list[SweepSetting] = []
         runs = [(trial.cost.cpu, trial.error, trial) for trial in self.trials if trial.cost and trial.is_same_problem]
         for _, error, trial in sorted(runs, key=lambda entry: entry[:2]):
-            if not found or error < found[-1].error:
-                found.append(trial)
-        return found
+            if not front or error < front[-1].error:
+                front.append(trial)
+        return front
 
     def promise(self, trial: SweepSetting, elsewhere: bool = False) -> float:
         """Error of a trial with that of the reference added.
@@ -110,9 +110,9 @@ class Trade:
             if trial.cost is None:
                 lines.append(f"{trial.label:{width}s}  failed: {trial.failure}")
                 continue
-            found = "".join(f"{100 * e:8.2f}%" for e in (trial.error, *(trial.errors[name] for name in MEASURES)))
+            numbers = "".join(f"{100 * e:8.2f}%" for e in (trial.error, *(trial.errors[name] for name in MEASURES)))
             lines.append(
-                f"{trial.label:{width}s}{found}{trial.cost.cpu:8.2f}{trial.cost.memory:6.0f}{trial.cost.iterations:7d}"
+                f"{trial.label:{width}s}{numbers}{trial.cost.cpu:8.2f}{trial.cost.memory:6.0f}{trial.cost.iterations:7d}"
             )
         for accuracy in ACCURACIES:
             best = self.cheapest(accuracy)
@@ -135,17 +135,18 @@ class Trade:
         names = ["setting", "error", *ERRORS, "cpu_s", "wall_s", "memory_mb", "iterations", "failure", "settings"]
         facts = {"scene": self.scene.data, "reference": self.reference, "own_error": self.own_error}
         write_table(folder / "trade.csv", names, self._rows(), comment=json.dumps(facts))
-        write_file(folder / "trade.txt", lambda path: write_text(path, self.summary() + "\n"))
+        write_text(folder / "trade.txt", self.summary() + "\n")
         write_file(folder / "trade.png", lambda path: save(figure, path))
 
     def _rows(self) -> Iterator[list[object]]:
         """One row for each trial."""
         for trial in self.trials:
-            found: list[object] = [""] * 9
+            numbers: list[object] = [""] * 9
             if trial.cost is not None:
-                found = [f"{e:.6g}" for e in (trial.error, *(trial.errors[name] for name in ERRORS))]
-                found += [f"{trial.cost.cpu:.4g}", f"{trial.cost.wall:.4g}", f"{trial.cost.memory:.4g}", trial.cost.iterations]
-            yield [trial.label, *found, trial.failure, json.dumps(trial.settings)]
+                cost = trial.cost
+                numbers = [f"{e:.6g}" for e in (trial.error, *(trial.errors[name] for name in ERRORS))]
+                numbers += [f"{cost.cpu:.4g}", f"{cost.wall:.4g}", f"{cost.memory:.4g}", cost.iterations]
+            yield [trial.label, *numbers, trial.failure, json.dumps(trial.settings)]
 
     @classmethod
     def load(cls, path: str | Path) -> Trade:
@@ -155,12 +156,12 @@ class Trade:
                 facts = json.loads(file.readline().removeprefix("#"))
                 trials = []
                 for row in csv.DictReader(file):
-                    found, cost = {}, None
+                    measured_errors, cost = {}, None
                     if not row["failure"]:
-                        found = {name: float(row[name]) for name in ERRORS}
+                        measured_errors = {name: float(row[name]) for name in ERRORS}
                         cpu, wall, memory = (float(row[name]) for name in ("cpu_s", "wall_s", "memory_mb"))
                         cost = Cost(cpu, wall, memory, int(row["iterations"]))
-                    trials.append(SweepSetting(json.loads(row["settings"]), found, cost, row["failure"]))
+                    trials.append(SweepSetting(json.loads(row["settings"]), measured_errors, cost, row["failure"]))
             return cls(Scene(facts["scene"]), facts["reference"], float(facts["own_error"]), trials)
         except OSError as error:
             raise SceneError(f"'{path}': cannot be read: {error.strerror}") from None
@@ -193,7 +194,7 @@ def trade(
     Raises
     ------
     SceneError
-        For a mesh of the user's, which has no sizes to change, or an unknown setting.
+        For a user mesh, which has no sizes to change, or an unknown setting.
     NotConverged
         If the reference fails.
     """
@@ -216,12 +217,12 @@ def trade(
             waiting.extend((each, pool.submit(measured, bare, each)) for each in several)
 
         def done(begin: int) -> list[SweepSetting]:
-            found = []
+            trials_done = []
             for each, future in waiting[begin:]:
-                found.append(_trial(each, future, reference))
+                trials_done.append(_trial(each, future, reference))
                 if on_trial is not None:
-                    on_trial(found[-1])
-            return found
+                    on_trial(trials_done[-1])
+            return trials_done
 
         try:
             submit({"finer": factor} for factor in (most, most / 2))  # the longest first
@@ -275,7 +276,7 @@ def combined(trials: Sequence[SweepSetting], own_error: float, finer: Sequence[S
     on a finer one if that does not reach the accuracy.
     """
     base = trials[0]
-    found: list[Settings] = []
+    combinations: list[Settings] = []
     for accuracy in ACCURACIES:
         start = next((each for each in (base, *finer) if each.error + own_error <= accuracy), None)
         if start is None or base.cost is None:
@@ -290,6 +291,6 @@ def combined(trials: Sequence[SweepSetting], own_error: float, finer: Sequence[S
         settings = dict(start.settings)
         for trial in by_name.values():
             settings |= trial.settings
-        if len(settings) > 1 and settings not in found:
-            found.append(settings)
-    return found
+        if len(settings) > 1 and settings not in combinations:
+            combinations.append(settings)
+    return combinations

@@ -21,7 +21,7 @@ MEASURES = ("peak", "energy", "curve_distance")
 #: all that is measured
 ERRORS = ("peak", "at_peak", "energy", "curve_distance")
 
-#: short runs are repeated for so many seconds, and the shortest counts
+#: short runs are repeated for these seconds, and the shortest counts
 REPEATED = 0.5
 
 

@@ -42,8 +42,8 @@ def flipped(name: str, faces: Index) -> tuple[Mask, Index]:
     _, group = connected_components(graph, directed=False)
     same, against = group[:n], group[n:]
     if (same == against).any():
-        raise MeshError(
-            f"crack = '{name}': this surface has only one side, as a Moebius strip; expected one with two sides", "crack"
+        raise MeshError.at(
+            "crack", f" = '{name}': this surface has only one side, as a Moebius strip; expected one with two sides"
         )
     _, start, sheet = np.unique(np.minimum(same, against), return_index=True, return_inverse=True)
     return np.asarray(same != same[start][sheet]), np.asarray(sheet)

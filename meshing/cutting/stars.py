@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from ..arrays import Index, Mask
+from ..arrays import Array, Index, Mask
 from ..cells import BULK_2D, BULK_3D, CELLS
 from ..errors import MeshError
 
@@ -102,6 +102,17 @@ class Star:
         row = np.full(int(number.max(initial=0)) + 1, -1)
         row[number[: len(self.nodes)]] = np.arange(len(self.nodes))
         return np.asarray(row[number[len(self.nodes) :]])
+
+    def outward(self, points: Array) -> Array:
+        """Normals out of the cells times lengths or areas, one for each row, (n, d): an edge has its cell on its left, the
+        normal of a face's ring points into its cell."""
+        p = points[self.nodes[:, : self.corners]]
+        if points.shape[1] == 2:
+            along = p[:, 1] - p[:, 0]
+            return np.stack([along[:, 1], -along[:, 0]], axis=1)
+        if self.corners == 3:
+            return np.asarray(-0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
+        return np.asarray(-0.5 * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]))
 
     def columns(self, rows: Index, corners: Index) -> Index:
         """Where in some rows the nodes of the same facets stand if they begin with `corners` (n, k), in that order."""

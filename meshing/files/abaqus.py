@@ -54,7 +54,7 @@ def read_abaqus(path: Path) -> meshio.Mesh:
     MeshError
         Naming the line, for what is not understood: an element type, several parts, another file, numbers that are none.
     """
-    reader = _Reader(f"file = '{path}'")
+    reader = _Reader(f" = '{path}'")
     for number, keyword, options, rows in _sections(path):
         reader.take(number, keyword, options, rows)
     return reader.mesh()
@@ -211,7 +211,7 @@ class _Reader:
 
     def _there(self, what: str, by: str, number: int, known: Mapping[int, object]) -> int:
         if number not in known:
-            raise MeshError(f"{self.where}: {by} names {what} {number}, which the file has not", "file")
+            raise MeshError.at("file", f"{self.where}: {by} names {what} {number}, which the file has not")
         return number
 
     def _number(self, line: int, entry: str) -> int:
@@ -225,7 +225,7 @@ class _Reader:
         return float(entry.upper().replace("D", "E"))
 
     def _error(self, line: int, what: str) -> MeshError:
-        return MeshError(f"{self.where}, line {line}: {what}", "file")
+        return MeshError.at("file", f"{self.where}, line {line}: {what}")
 
 
 def _kind_of(given: str) -> str:

@@ -65,7 +65,7 @@ def read_band_mesh(
         able = [
             name for name, at in members.items() if any(len(i) for b, i in zip(mesh.cells, at, strict=True) if b.type in known)
         ]
-        raise MeshError(f"band = '{cells}': the file has no such set of elements; it has {listed(able)}", "band")
+        raise MeshError.at("band", f" = '{cells}': the file has no such set of elements; it has {listed(able)}")
     clean, index, kept = checked(path, mesh, sets)
     numbers = region_numbers(mesh, kept, regions)
     is_banded = cells is not None or crack is not None
@@ -81,7 +81,7 @@ def read_band_mesh(
         inside = [np.flatnonzero(own == 0) if regions else nothing for own in numbers]
     bulk, band = _parted(bulk_cells(clean), inside)
     if cells is not None and not band:
-        raise MeshError(f"band = '{cells}': no element of this set is one of {', '.join(known)}; expected some", "band")
+        raise MeshError.at("band", f" = '{cells}': no element of this set is one of {', '.join(known)}; expected some")
     rows, info = None, clean.info
     if is_banded:
         rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))

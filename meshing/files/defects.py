@@ -87,10 +87,10 @@ def _check_repeats(file: str, named: _Named) -> None:
         same = np.flatnonzero((corners[order][1:] == corners[order][:-1]).all(axis=1))
         if len(same):
             one, other = np.sort(number[order[same[0] : same[0] + 2]]).tolist()
-            raise MeshError(
-                f"file = '{file}': {named.text(other)} has the corners of {kind} {one}, {len(same)} in all are given twice; "
-                "expected each element once",
+            raise MeshError.at(
                 "file",
+                f" = '{file}': {named.text(other)} has the corners of {kind} {one}, {len(same)} in all are given twice; "
+                "expected each element once",
             )
 
 
@@ -106,10 +106,10 @@ def _check_folded(file: str, named: _Named) -> None:
         bad += (first + np.flatnonzero((turn < -least).any(axis=1) | ~(turn > least).any(axis=1))).tolist()
         first += len(block)
     if bad:
-        raise MeshError(
-            f"file = '{file}': {named.text(bad[0])} is flat, folded or not convex, {len(bad)} in all; expected convex "
-            "elements with an area, corners in a ring",
+        raise MeshError.at(
             "file",
+            f" = '{file}': {named.text(bad[0])} is flat, folded or not convex, {len(bad)} in all; expected convex "
+            "elements with an area, corners in a ring",
         )
 
 
@@ -121,10 +121,10 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
     twice = np.flatnonzero((np.bincount(directed)[directed] > 1) & (distinct(corners) >= min(star.corners, 3)))
     if len(twice):
         one, other = star.cell[np.flatnonzero(directed == directed[twice[0]])[:2]].tolist()
-        raise MeshError(
-            f"file = '{file}': {named.text(one)} and {named.text(other)} are on the same side of {what} that they share, "
-            f"{len(np.unique(star.cell[twice]))} elements in all overlap so; expected one on each side",
+        raise MeshError.at(
             "file",
+            f" = '{file}': {named.text(one)} and {named.text(other)} are on the same side of {what} that they share, "
+            f"{len(np.unique(star.cell[twice]))} elements in all overlap so; expected one on each side",
         )
     if star.nodes.shape[1] == star.corners:
         return
@@ -134,10 +134,10 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
     torn = np.flatnonzero((star.facet[order][1:] == star.facet[order][:-1]) & (mids[1:] != mids[:-1]).any(axis=1))
     if len(torn):
         one, other = star.cell[order[torn[0] : torn[0] + 2]].tolist()
-        raise MeshError(
-            f"file = '{file}': {named.text(one)} and {named.text(other)} share the corners of {what} but not its mid node, "
-            f"{len(torn)} in all; expected shared nodes",
+        raise MeshError.at(
             "file",
+            f" = '{file}': {named.text(one)} and {named.text(other)} share the corners of {what} but not its mid node, "
+            f"{len(torn)} in all; expected shared nodes",
         )
 
 
@@ -155,10 +155,10 @@ def _check_overlaps(file: str, named: _Named, star: Star, single: Index) -> None
             pairs |= set(zip(star.cell[single][point[hit]].tolist(), element[hit].tolist(), strict=True))
     if pairs:
         one, other = min(pairs)
-        raise MeshError(
-            f"file = '{file}': {named.text(one)} lies on {named.text(other)}, {len({i for i, _ in pairs})} elements at the "
-            "boundary in all overlap others; expected elements side by side",
+        raise MeshError.at(
             "file",
+            f" = '{file}': {named.text(one)} lies on {named.text(other)}, {len({i for i, _ in pairs})} elements at the "
+            "boundary in all overlap others; expected elements side by side",
         )
 
 
@@ -240,9 +240,9 @@ def _not_joined(file: str, named: _Named, star: Star, single: Index) -> list[str
     where = f"{len(at)} nodes of the boundary touch elements that do not have them, the first at {as_text(points[at[0]])}"
     label = pieces(named.blocks)
     if label.max():
-        raise MeshError(
-            f"file = '{file}': the body is in {int(label.max()) + 1} pieces, and {where}; expected elements that share nodes",
+        raise MeshError.at(
             "file",
+            f" = '{file}': the body is in {int(label.max()) + 1} pieces, and {where}; expected elements that share nodes",
         )
     return [f"warning: {where}: a slit there; expected shared nodes if it is none"]
 

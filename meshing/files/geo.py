@@ -29,16 +29,16 @@ def read_outline(path: Path, run_scripts: bool = False) -> Outline:
         holes.
     """
     if not path.is_file():
-        raise MeshError(f"file = '{path}': there is no such file", "file")
+        raise MeshError.at("file", f" = '{path}': there is no such file")
     with tempfile.TemporaryDirectory() as folder, session() as gmsh:
         gmsh.open(str(path if run_scripts else _copied(path, Path(folder, "outline.geo"))))
         faces = gmsh.model.getEntities(2)
         if len(faces) != 1:
-            raise MeshError(f"file = '{path}': it has {len(faces)} faces; expected one", "file")
+            raise MeshError.at("file", f" = '{path}': it has {len(faces)} faces; expected one")
         curves = [tag for _, tag in gmsh.model.getBoundary(faces, oriented=True)]
         corners = _joined([_chords(gmsh, tag) for tag in curves], f"file = '{path}': its face has holes; expected none")
         if corners[0] != corners[-1]:
-            raise MeshError(f"file = '{path}': the outline of its face is not closed", "file")
+            raise MeshError.at("file", f" = '{path}': the outline of its face is not closed")
         edges = {
             gmsh.model.getPhysicalName(1, group): _joined(
                 [_chords(gmsh, int(tag)) for tag in gmsh.model.getEntitiesForPhysicalGroup(1, group)],
@@ -60,14 +60,14 @@ def _copied(path: Path, copy: Path) -> Path:
     try:
         script = harmless(path.read_text(encoding="utf-8-sig", errors="replace"))
     except Refused as error:
-        raise MeshError(
-            f"file = '{path}', {error}; expected points, curves, loops, plane surfaces and physical groups by name, as a "
+        raise MeshError.at(
+            "file",
+            f" = '{path}', {error}; expected points, curves, loops, plane surfaces and physical groups by name, as a "
             "script is not run unasked: give the mesh as .msh, or say --run-scripts (Scene.load(path, run_scripts=True)) if "
             "you trust it",
-            "file",
         ) from None
     except OSError as error:
-        raise MeshError(f"file = '{path}': cannot be read: {error.strerror}", "file") from None
+        raise MeshError.at("file", f" = '{path}': cannot be read: {error.strerror}") from None
     copy.write_text(script, encoding="utf-8")
     return copy
 

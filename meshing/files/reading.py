@@ -80,18 +80,18 @@ def crack_facets(
     if names:
         return np.concatenate([_facets_of_set(name, clean, cells.get(name, []), index, sets) for name in names])
     if is_solid(clean):
-        raise MeshError(f"crack = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes", "crack")
+        raise MeshError.at("crack", f" = {list(crack)}: the mesh is solid; expected the name of a set of faces or nodes")
     return edges_on_path(clean, "crack", crack)  # type: ignore[arg-type]  # polylines
 
 
 def _facets_of_set(name: str, clean: meshio.Mesh, cells: list[Index], index: Index, sets: dict[str, Index]) -> Index:
     """Edges or faces of a named part of the crack, corners (n, k)."""
     if name not in sets:
-        raise MeshError(f"crack = '{name}': the file has no such set; it has {listed(sets)}", "crack")
+        raise MeshError.at("crack", f" = '{name}': the file has no such set; it has {listed(sets)}")
     facets = [index[block] for block in cells]
     if any((block < 0).any() for block in facets):
-        raise MeshError(
-            f"crack = '{name}': a cell of this set has a node that no element has; expected parts of elements", "crack"
+        raise MeshError.at(
+            "crack", f" = '{name}': a cell of this set has a node that no element has; expected parts of elements"
         )
     find = _set_faces if is_solid(clean) else _set_edges
     return find(name, clean, facets, clean.point_sets[name])
@@ -123,24 +123,24 @@ def load(path: Path) -> meshio.Mesh:
     """The file as it is, its coordinates checked; (m, 2) unless it has 3D cells."""
     if not os.path.isfile(path):
         if os.path.exists(path) and not os.path.isdir(path):
-            raise MeshError(f"file = '{path}': it is a pipe or a device; expected a file", "file")
-        raise MeshError(f"file = '{path}': there is no such file", "file")
+            raise MeshError.at("file", f" = '{path}': it is a pipe or a device; expected a file")
+        raise MeshError.at("file", f" = '{path}': there is no such file")
     if path.suffix.lower() in _ENDLESS:
-        raise MeshError(f"file = '{path}': files of TetGen are not read; expected the mesh as .vtu or .msh", "file")
+        raise MeshError.at("file", f" = '{path}': files of TetGen are not read; expected the mesh as .vtu or .msh")
     mesh = read_abaqus(path) if path.suffix.lower() == ".inp" else _by_meshio(path)
     if not len(mesh.points) or not mesh.cells:
         elements = sum(map(len, mesh.cells))
-        raise MeshError(f"file = '{path}': it has {len(mesh.points)} nodes and {elements} elements; expected a mesh", "file")
+        raise MeshError.at("file", f" = '{path}': it has {len(mesh.points)} nodes and {elements} elements; expected a mesh")
     _check_numbers(path, mesh)
     points = np.asarray(mesh.points, dtype=float)
     if not np.isfinite(points).all():
-        raise MeshError(f"file = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite", "file")
+        raise MeshError.at("file", f" = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite")
     mesh.points = points
     if is_solid(mesh):
         return mesh
     if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points):
-        raise MeshError(
-            f"file = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh", "file"
+        raise MeshError.at(
+            "file", f" = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh"
         )
     mesh.points = points[:, :2]
     return mesh
@@ -153,9 +153,9 @@ def _by_meshio(path: Path) -> meshio.Mesh:
         with redirect_stdout(said), redirect_stderr(said):
             mesh = meshio.read(path)
     except SystemExit:  # meshio's way to say that no reader accepts the file
-        raise MeshError(f"file = '{path}': not a mesh in a format that meshio reads", "file") from None
+        raise MeshError.at("file", f" = '{path}': not a mesh in a format that meshio reads") from None
     except Exception as error:
-        raise MeshError(f"file = '{path}': {_why(error)}", "file") from None
+        raise MeshError.at("file", f" = '{path}': {_why(error)}") from None
     if remark := said.getvalue().strip():
         print(remark, file=sys.stderr)
     return _each_once(mesh)
@@ -203,13 +203,13 @@ def _check_numbers(path: Path, mesh: meshio.Mesh) -> None:
     named += [(f"set '{name}' names", np.asarray(nodes, dtype=np.int64)) for name, nodes in mesh.point_sets.items()]
     for what, nodes in named:
         if len(bad := nodes[(nodes < 0) | (nodes >= n)]):
-            raise MeshError(f"file = '{path}': {what} node {bad[0]} of {n}, counted from 0", "file")
+            raise MeshError.at("file", f" = '{path}': {what} node {bad[0]} of {n}, counted from 0")
     for name, members in (mesh.cell_sets or {}).items():
         for block, at in zip(mesh.cells, () if name.startswith("gmsh:") else members, strict=False):
             cells = np.asarray([] if at is None else at, dtype=np.int64)
             if len(bad := cells[(cells < 0) | (cells >= len(block))]):
-                raise MeshError(
-                    f"file = '{path}': set '{name}' names {block.type} {bad[0]} of {len(block)}, counted from 0", "file"
+                raise MeshError.at(
+                    "file", f" = '{path}': set '{name}' names {block.type} {bad[0]} of {len(block)}, counted from 0"
                 )
 
 
@@ -242,8 +242,8 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
     other = {block.type for block in mesh.cells if block.dim == (3 if solid else 2) and block.type not in known}
     if not kept or other:
         kinds, known = other or {b.type for b in mesh.cells}, known if solid or kept else BULK_2D + BULK_3D
-        raise MeshError(
-            f"file = '{path}': its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}", "file"
+        raise MeshError.at(
+            "file", f" = '{path}': its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}"
         )
     blocks = [(mesh.cells[i].type, mesh.cells[i].data.astype(np.int64)) for i in kept]
     if solid:
@@ -277,10 +277,10 @@ def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
         volume = np.stack([np.einsum("ni,ni->n", np.cross(u, v), w) for u, v, w in triples], axis=1)
         size = np.ptp(p, axis=1).max(axis=1)
         for i in np.flatnonzero((volume < -1e-9 * size[:, None] ** 3).any(axis=1) | ~(volume > 0).any(axis=1))[:1].tolist():
-            raise MeshError(
-                f"file = '{path}': {kind} {i} at {as_text(p[i].mean(axis=0))} is inverted or flat; expected cells "
-                "with a positive volume in the node order of meshio",
+            raise MeshError.at(
                 "file",
+                f" = '{path}': {kind} {i} at {as_text(p[i].mean(axis=0))} is inverted or flat; expected cells "
+                "with a positive volume in the node order of meshio",
             )
     star = Star.from_cells(bulk_cells(mesh))
     for block in mesh.cells:
@@ -291,10 +291,10 @@ def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
                 np.ones(len(faces), bool) if k != star.corners else (star.find(faces) < 0) & (star.find(faces[:, ::-1]) < 0)
             )
             for i in np.flatnonzero(loose)[:1].tolist():
-                raise MeshError(
-                    f"file = '{path}': it mixes solid and plane cells, {block.type} {i} at "
-                    f"{as_text(mesh.points[block.data[i]].mean(axis=0))} is no face of a solid cell; expected faces of them",
+                raise MeshError.at(
                     "file",
+                    f" = '{path}': it mixes solid and plane cells, {block.type} {i} at "
+                    f"{as_text(mesh.points[block.data[i]].mean(axis=0))} is no face of a solid cell; expected faces of them",
                 )
 
 
@@ -333,8 +333,8 @@ def _set_edges(name: str, mesh: meshio.Mesh, lines: list[Index], nodes: Index) -
         return chained(np.concatenate(lines))
     edges = np.unique(np.sort(_facets_between(mesh, nodes).nodes[:, :2], axis=1), axis=0)
     if not len(edges):
-        raise MeshError(
-            f"crack = '{name}': no element edge joins two nodes of this set; expected lines or nodes along the path", "crack"
+        raise MeshError.at(
+            "crack", f" = '{name}': no element edge joins two nodes of this set; expected lines or nodes along the path"
         )
     return chained(edges)
 
@@ -346,16 +346,15 @@ def _set_faces(name: str, mesh: meshio.Mesh, cells: list[Index], nodes: Index) -
         return np.where(flipped(name, faces)[0][:, None], faces[:, ::-1], faces)
     star = _facets_between(mesh, nodes)
     if not len(star.facet):
-        raise MeshError(
-            f"crack = '{name}': no element face joins nodes of this set; expected surface cells or nodes on the surface",
-            "crack",
+        raise MeshError.at(
+            "crack", f" = '{name}': no element face joins nodes of this set; expected surface cells or nodes on the surface"
         )
     owner, count = np.unique(star.cell, return_counts=True)
     if (count == len(CELLS[mesh.cells[0].type].faces)).any():
-        raise MeshError(
-            f"crack = '{name}': this set has all corners of element {owner[count.argmax()]}; expected nodes on one surface, "
-            "or a set of its faces",
+        raise MeshError.at(
             "crack",
+            f" = '{name}': this set has all corners of element {owner[count.argmax()]}; expected nodes on one surface, "
+            "or a set of its faces",
         )
     faces = star.nodes[np.unique(star.facet, return_index=True)[1], : star.corners]
     to_flip, sheet = flipped(name, faces)

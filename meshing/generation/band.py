@@ -54,7 +54,7 @@ def mesh_band(outline: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
         point.
     """
     if outline.half:
-        raise MeshError("half = true: a crack band runs along the middle of the body; expected the whole body", "half")
+        raise MeshError.at("half", " = true: a crack band runs along the middle of the body; expected the whole body")
     check_outline(outline, sizes)
     opened, strips = lay_strips(outline, width)
     free, on_end = _sorted_nodes(opened, strips, width)
@@ -121,18 +121,18 @@ def _sorted_nodes(outline: Outline, strips: list[Strip], width: float) -> tuple[
                 continue  # a node anyhow
             here = [end for end in ends if nodes_on_segment(at, *end, slack)[0]]
             if here and any(end == here[0] for other, end in on_end.items() if other not in group):
-                raise MeshError(
-                    f"{name} = ({x:g}, {y:g}): it shares an end of the band with another named point, and both would stand "
-                    f"for all of it; expected points more than {width / 2:g} mm from the crack path",
+                raise MeshError.at(
                     name,
+                    f" = ({x:g}, {y:g}): it shares an end of the band with another named point, and both would stand "
+                    f"for all of it; expected points more than {width / 2:g} mm from the crack path",
                 )
             if here:
                 on_end[p] = here[0]
             elif any(len(part_inside(at, face, slack)) for strip in strips for face in strip.faces):
-                raise MeshError(
-                    f"{name} = ({x:g}, {y:g}): it lies in the band, band.width = {width:g}; expected a point more than "
-                    f"{width / 2:g} mm from the crack path",
+                raise MeshError.at(
                     name,
+                    f" = ({x:g}, {y:g}): it lies in the band, band.width = {width:g}; expected a point more than "
+                    f"{width / 2:g} mm from the crack path",
                 )
             else:
                 free.append(p)

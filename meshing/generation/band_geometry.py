@@ -55,7 +55,7 @@ def lay_strips(outline: Outline, width: float) -> tuple[Outline, list[Strip]]:
         If a row does not fit: it leaves the body, is wider than the notch, or overlaps itself or another row.
     """
     if not 0 < width < math.inf:
-        raise MeshError(f"band.width = {width!r}: expected a finite number above 0, in mm", "band.width")
+        raise MeshError.at("band.width", f" = {width!r}: expected a finite number above 0, in mm")
     path_length("crack", outline.crack), path_length("notch", outline.slits)
     slack = outline.slack
     strips = [_strip(outline, line, width, slack) for line in outline.crack]
@@ -192,10 +192,10 @@ def _opened(outline: Outline, slit: Line, strip: Strip, end: int, width: float, 
                 nodes[name] += [_point(mouth + depth * inward + side * half * across) for side in (-1.0, 1.0)]
         for p in nodes[name]:
             if abs((p - mouth) @ across) < half - slack and (p - mouth) @ inward < math.dist(tip, mouth) - slack:
-                raise MeshError(
-                    f"{name} = {_at(p)}: it falls into the notch, which band.width = {width:g} opens to {2 * half:g} mm; "
-                    "expected a point beside the notch",
+                raise MeshError.at(
                     name,
+                    f" = {_at(p)}: it falls into the notch, which band.width = {width:g} opens to {2 * half:g} mm; "
+                    "expected a point beside the notch",
                 )
     corners = [*outline.corners[: at[0] + 1], *map(_point, notch), *outline.corners[at[0] + 1 :]]
     return replace(outline, corners=corners, nodes=nodes, slits=[other for other in outline.slits if other is not slit])
@@ -291,7 +291,7 @@ def _point(p: Array) -> Point:
 
 
 def _width_error(width: float, why: str) -> MeshError:
-    return MeshError(f"band.width = {width:g}: {why}", "band.width")
+    return MeshError.at("band.width", f" = {width:g}: {why}")
 
 
 def _at(p: Point | Array) -> str:

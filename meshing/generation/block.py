@@ -17,7 +17,7 @@ from ..paths import SLACK
 from .clipping import part_above
 from .extrusion import with_mid_nodes
 from .polygon import nearest
-from .session import collect, session, size_field
+from .session import add_face, collect, session, size_field
 from .sizes import MeshSizes, check_count, check_not_layered
 
 #: more elements on a crack, or in a body, than a machine holds
@@ -108,7 +108,7 @@ def mesh_block(
         Naming the key of sizes that does not fit, or the point outside the body.
     """
     if sizes.has_quads:
-        raise MeshError(f"mesh.shape = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'", "mesh.shape")
+        raise MeshError.at("mesh.shape", f" = '{sizes.shape}': this specimen is of tetrahedra; expected 'triangle'")
     half = np.array(sides) / 2
     check_not_layered(sizes)
     check_count("crack_size", sizes.crack_size, "on the crack", crack.area(half), 2, _MOST_ON_CRACK)
@@ -164,10 +164,7 @@ def _add_crack(gmsh: ModuleType, crack: PlaneCrack, half: Array) -> tuple[int, i
     """The crack in gmsh: (2, tag)."""
     if crack.radius is not None:
         return _add_disc(gmsh, crack, crack.radius)
-    occ = gmsh.model.occ
-    corners = [occ.addPoint(*p) for p in crack.outline(half)]
-    loop = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-    return (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+    return add_face(gmsh, crack.outline(half))
 
 
 def _add_disc(gmsh: ModuleType, crack: PlaneCrack, radius: float) -> tuple[int, int]:

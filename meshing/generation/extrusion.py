@@ -70,9 +70,8 @@ def mesh_prism_band(outline: Outline, sizes: MeshSizes, width: float, thickness:
 def check_band_order(sizes: MeshSizes) -> None:
     """Refuse a crack band of second order; MeshError."""
     if sizes.order == 2:
-        raise MeshError(
-            "mesh.order = 2: the elements of a crack band in three dimensions are hexahedra of first order; expected 1",
-            "mesh.order",
+        raise MeshError.at(
+            "mesh.order", " = 2: the elements of a crack band in three dimensions are hexahedra of first order; expected 1"
         )
 
 
@@ -124,8 +123,8 @@ def _uncut(outline: Outline, sizes: MeshSizes, thickness: float, conforming: boo
     """The uncut 3D mesh, and the faces of crack and slits."""
     tetrahedra = not sizes.has_quads
     if not tetrahedra and sizes.order == 2:
-        raise MeshError(
-            "mesh.order = 2: hexahedra are of first order; expected 1, or mesh.shape = 'triangle' for tetrahedra", "mesh.order"
+        raise MeshError.at(
+            "mesh.order", " = 2: hexahedra are of first order; expected 1, or mesh.shape = 'triangle' for tetrahedra"
         )
     flat = mesh_face(outline, replace(sizes, order=1, layers=None), conforming)
     levels = _levels(flat, sizes, thickness)
@@ -142,10 +141,10 @@ def _levels(flat: meshio.Mesh, sizes: MeshSizes, thickness: float) -> Array:
     layers = sizes.layers_through(thickness)
     in_layer = sum(len(block.data) for block in flat.cells)
     if layers * in_layer > _MOST_IN_ALL:
-        raise MeshError(
-            f"mesh.layers = {layers}: {in_layer * layers:.2g} elements in the body, {in_layer} in each layer; expected at "
-            f"most {int(_MOST_IN_ALL / in_layer)}, or larger elements",
+        raise MeshError.at(
             "mesh.layers",
+            f" = {layers}: {in_layer * layers:.2g} elements in the body, {in_layer} in each layer; expected at "
+            f"most {int(_MOST_IN_ALL / in_layer)}, or larger elements",
         )
     return np.linspace(-thickness / 2, thickness / 2, layers + 1)
 

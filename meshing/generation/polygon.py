@@ -113,7 +113,7 @@ def nearest(mesh: meshio.Mesh, name: str, point: Sequence[float]) -> int:
     distance = np.hypot.reduce(mesh.points - point, axis=1)
     best = int(distance.argmin())
     if distance[best] > SLACK * np.ptp(mesh.points, axis=0).max():
-        raise MeshError(f"{name} = {as_text(point)}: expected a point of the body", name)
+        raise MeshError.at(name, f" = {as_text(point)}: expected a point of the body")
     return best
 
 

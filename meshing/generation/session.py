@@ -7,7 +7,7 @@ import math
 import os
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from types import ModuleType
@@ -90,10 +90,10 @@ def _signals_kept() -> Iterator[None]:
             sigaction(number, action, None)
 
 
-def add_face(gmsh: ModuleType, corners: Line) -> tuple[int, int]:
-    """A polygon in gmsh: (2, tag)."""
+def add_face(gmsh: ModuleType, corners: Iterable[Sequence[float]]) -> tuple[int, int]:
+    """A polygon in gmsh, in the plane z = 0 if its corners have two coordinates: (2, tag)."""
     occ = gmsh.model.occ
-    points = [occ.addPoint(*p, 0) for p in corners]
+    points = [occ.addPoint(*p, *[0.0] * (3 - len(p))) for p in corners]
     loop = [occ.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
     return (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
 

@@ -50,9 +50,9 @@ class MeshSizes:
         check_keys(self, MeshError)
         for name in ("crack_size", "far_size"):
             if getattr(self, name) == math.inf:
-                raise MeshError(f"{name} = inf: expected a finite number above 0, in mm", name)
+                raise MeshError.at(name, " = inf: expected a finite number above 0, in mm")
         if self.far_size < self.crack_size:
-            raise MeshError(f"far_size = {self.far_size!r}: expected at least crack_size = {self.crack_size!r}", "far_size")
+            raise MeshError.at("far_size", f" = {self.far_size!r}: expected at least crack_size = {self.crack_size!r}")
 
     @property
     def has_quads(self) -> bool:
@@ -89,9 +89,7 @@ def check_count(name: str, size: float, where: str, extent: float, dimension: in
     """Refuse an element size that gives more than `most` elements in a length, area or volume; MeshError."""
     if (count := extent / size**dimension) > most:
         least = (extent / most) ** (1 / dimension)
-        raise MeshError(
-            f"mesh.{name} = {size:g}: {count:.2g} elements {where}; expected at least {least:.2g} mm", f"mesh.{name}"
-        )
+        raise MeshError.at(f"mesh.{name}", f" = {size:g}: {count:.2g} elements {where}; expected at least {least:.2g} mm")
 
 
 def expected_cells(sizes: MeshSizes, extent: float, path: float, dimension: int) -> float:
@@ -114,7 +112,6 @@ def expected_cells(sizes: MeshSizes, extent: float, path: float, dimension: int)
 def check_not_layered(sizes: MeshSizes) -> None:
     """Refuse layers; MeshError."""
     if sizes.layers is not None:
-        raise MeshError(
-            f"mesh.layers = {sizes.layers!r}: this specimen is not extruded over a thickness; expected no such key",
-            "mesh.layers",
+        raise MeshError.at(
+            "mesh.layers", f" = {sizes.layers!r}: this specimen is not extruded over a thickness; expected no such key"
         )

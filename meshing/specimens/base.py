@@ -329,9 +329,12 @@ class PlaneSpecimen(Specimen):
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
-        if dimension == 3:
-            return mesh_prism_band(self.outline(), sizes, width, self.thickness)
-        return mesh_band(self.outline(), sizes, width)
+        outline = self.band_outline(width)
+        return mesh_prism_band(outline, sizes, width, self.thickness) if dimension == 3 else mesh_band(outline, sizes, width)
+
+    def band_outline(self, width: float) -> Outline:
+        """The geometry for a crack band of `width` (mm)."""
+        return self.outline()
 
     def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:
         """Extruded bands are of first order."""
@@ -352,7 +355,7 @@ class PlaneSpecimen(Specimen):
 def expect(specimen: object, name: str, holds: bool, expected: str) -> None:
     """A MeshError that names a key, its value and what was expected, if the latter does not hold."""
     if not holds:
-        raise MeshError(f"{name} = {getattr(specimen, name)!r}: expected {expected}", name)
+        raise MeshError.at(name, f" = {getattr(specimen, name)!r}: expected {expected}")
 
 
 def polylines(crack: Any) -> list[Line]:
@@ -370,7 +373,7 @@ def polylines(crack: Any) -> list[Line]:
             return list(lines)
     except (TypeError, ValueError, IndexError, KeyError):
         pass
-    raise MeshError(f"crack = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists", "crack")
+    raise MeshError.at("crack", f" = {crack!r}: expected a list of points [[x, y], [x, y], ...], or a list of such lists")
 
 
 def without_repeats(corners: Sequence[Point]) -> list[Point]:

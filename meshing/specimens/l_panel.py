@@ -7,12 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import meshio
-
-from ..generation.band import mesh_band
-from ..generation.extrusion import mesh_prism_band
 from ..generation.outline import Outline
-from ..generation.sizes import MeshSizes
 from ..keys import key
 from ..paths import Line, Point
 from .base import Drive, Gauge, PlaneSpecimen, Support, expect
@@ -78,19 +73,17 @@ class LPanel(PlaneSpecimen):
         nodes: dict[str, Sequence[Point]] = {"load": [(a - self.load_from_end, y)], "corner": [(x, y)]}
         return Outline(corners, self.paths, (), nodes, {"base": (corners[0], corners[1])})
 
-    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
-        """As that of every `PlaneSpecimen`, the start of the path moved off the corner."""
+    def band_outline(self, width: float) -> Outline:
+        """The geometry, the start of the path moved off the corner."""
         outline = self.outline()
-        if self.notch_depth == 0.0:
-            (path,) = self.paths
-            across = abs(path[1][0] - path[0][0]) / math.dist(path[0], path[1])
-            down = 0.5 * width / max(across, 1e-3)
-            x, y = self.corner
-            nodes = {**outline.nodes, "corner": [(x, y), (x, y - 2.0 * down)]}
-            outline = replace(outline, crack=[[(x, y - down) for x, y in path]], nodes=nodes)
-        if dimension == 3:
-            return mesh_prism_band(outline, sizes, width, self.thickness)
-        return mesh_band(outline, sizes, width)
+        if self.notch_depth != 0.0:
+            return outline
+        (path,) = self.paths
+        across = abs(path[1][0] - path[0][0]) / math.dist(path[0], path[1])
+        down = 0.5 * width / max(across, 1e-3)
+        x, y = self.corner
+        nodes = {**outline.nodes, "corner": [(x, y), (x, y - 2.0 * down)]}
+        return replace(outline, crack=[[(x, y - down) for x, y in path]], nodes=nodes)
 
     def held(self, *, half: bool = False) -> list[Support]:
         """The foot of the leg."""

@@ -58,7 +58,7 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
     def __post_init__(self) -> None:
         super().__post_init__()
         if (self.corners is None) == (self.file is None):
-            raise MeshError("corners, file: expected one of these keys", "corners")
+            raise MeshError.at("corners", ", file: expected one of these keys")
         self.read_setup()
         object.__setattr__(self, "notches", [] if self.notches is None else _lines("notches", self.notches))
         object.__setattr__(self, "edges_", _edges(self.edges_))
@@ -130,7 +130,7 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a discrete crack, see `PlaneSpecimen`."""
         if not self.paths:
-            raise MeshError("crack is missing: expected a polyline, or 'grow'", "crack")
+            raise MeshError.at("crack", " is missing: expected a polyline, or 'grow'")
         return super().mesh(sizes, half=half, dimension=dimension)
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
@@ -151,7 +151,7 @@ def _lines(name: str, value: Any) -> list[Line]:
     except MeshError:
         lines = []
     if not lines or any(len(line) < 2 for line in lines):
-        raise MeshError(f"{name} = {value!r}: expected a list of points [[x, y], [x, y], ...]", name)
+        raise MeshError.at(name, f" = {value!r}: expected a list of points [[x, y], [x, y], ...]")
     return lines
 
 
@@ -160,7 +160,7 @@ def _edges(value: Any) -> dict[str, Line]:
     if value is None:
         return {}
     if not isinstance(value, Mapping):
-        raise MeshError(f"edges = {value!r}: expected {{name = [[x, y], [x, y]]}}", "edges")
+        raise MeshError.at("edges", f" = {value!r}: expected {{name = [[x, y], [x, y]]}}")
     return {name: _lines(f"edges.{name}", [line])[0] for name, line in value.items()}
 
 

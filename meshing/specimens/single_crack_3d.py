@@ -164,10 +164,10 @@ class SingleCrack3D(Specimen):
 
     def check_band(self, sizes: MeshSizes, *, dimension: int = 3) -> NoReturn:
         """There is none: a MeshError."""
-        raise MeshError(
-            "band.where = 'path': there is no crack band for a crack at any angle in space; expected 'everywhere', or an "
-            "extruded specimen",
+        raise MeshError.at(
             "band.where",
+            " = 'path': there is no crack band for a crack at any angle in space; expected 'everywhere', or an "
+            "extruded specimen",
         )
 
     def mesh_body(self, sizes: MeshSizes, *, dimension: int = 3) -> meshio.Mesh:

@@ -30,7 +30,7 @@ def unit_vector(name: str, value: Any) -> Direction:
     direction = _vector(name, value, "two numbers [x, y], in space three")
     length = math.hypot(*direction)
     if not length > 0:
-        raise MeshError(f"{name} = {value!r}: expected a vector that is not zero", name)
+        raise MeshError.at(name, f" = {value!r}: expected a vector that is not zero")
     return tuple(c / length for c in direction)
 
 
@@ -47,31 +47,27 @@ def support_of(entry: Any) -> Support:
 def drives_of(one: Any, several: Any) -> dict[str, Drive]:
     """The drives by name, from the key `drive` or the key `drives`."""
     if (one is None) == (several is None):
-        raise MeshError("drive, drives: expected one of these keys", "drive")
+        raise MeshError.at("drive", ", drives: expected one of these keys")
     if several is None:
         return {"drive": _drive("drive", one, set())}
     if not isinstance(several, list) or not several:
-        raise MeshError(f"drives = {several!r}: expected a list of {{name = ..., at = ..., direction = [x, y]}}", "drives")
+        raise MeshError.at("drives", f" = {several!r}: expected a list of {{name = ..., at = ..., direction = [x, y]}}")
     drives: dict[str, Drive] = {}
     for entry in several:
         drive = _drive("drives", entry, {"name"})
         name = entry["name"]
         if not _is_name(name) or name in drives:
-            raise MeshError(f"drives.name = {name!r}: expected {_NAME}, that no other drive has", "drives.name")
+            raise MeshError.at("drives.name", f" = {name!r}: expected {_NAME}, that no other drive has")
         drives[name] = drive
     return drives
 
 
 def gauges_of(given: Any) -> dict[str, Gauge]:
     """{name = {plus, minus(, direction)}}"""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping) or not given:
-        raise MeshError(f"gauges = {given!r}: expected {{name = {{plus = ..., minus = ..., direction = [x, y]}}}}", "gauges")
     gauges: dict[str, Gauge] = {}
-    for name, entry in given.items():
+    for name, entry in _entries("gauges", given, "{name = {plus = ..., minus = ..., direction = [x, y]}}").items():
         if not _is_name(name) or name == MAIN_GAUGE:
-            raise MeshError(f"gauges: a gauge is called {name!r}; expected {_NAME}, and not '{MAIN_GAUGE}'", "gauges")
+            raise MeshError.at("gauges", f": a gauge is called {name!r}; expected {_NAME}, and not '{MAIN_GAUGE}'")
         key = f"gauges.{name}"
         _check_entry(key, entry, {"plus", "minus"}, {"direction"}, "{plus = ..., minus = ...}")
         plus, minus = (location(f"{key}.{side}", entry[side]) for side in ("plus", "minus"))
@@ -82,17 +78,21 @@ def gauges_of(given: Any) -> dict[str, Gauge]:
 
 def regions_of(given: Any) -> dict[str, Region]:
     """{name = {E, nu(, density)}}"""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping) or not given:
-        raise MeshError(f"regions = {given!r}: expected {{name = {{E = ..., nu = ...}}}}", "regions")
-    for name, entry in given.items():
+    entries = _entries("regions", given, "{name = {E = ..., nu = ...}}")
+    for name, entry in entries.items():
         _check_entry(f"regions.{name}", entry, {"E", "nu"}, {"density"}, "{E = ..., nu = ...}")
         _check_number(f"regions.{name}.E", entry["E"], lambda E: E > 0, "a number above 0, in MPa")
         _check_number(f"regions.{name}.nu", entry["nu"], lambda nu: 0 <= nu < 0.5, "a number of at least 0 and below 0.5")
         if "density" in entry:
             _check_number(f"regions.{name}.density", entry["density"], lambda d: d >= 0, "a number of at least 0, in kg/m^3")
-    return {name: Region(**entry) for name, entry in given.items()}
+    return {name: Region(**entry) for name, entry in entries.items()}
+
+
+def _entries(key: str, given: Any, expected: str) -> Mapping[str, Any]:
+    """A table of entries by name; empty without one."""
+    if given is not None and (not isinstance(given, Mapping) or not given):
+        raise MeshError.at(key, f" = {given!r}: expected {expected}")
+    return given or {}
 
 
 def pressures_of(given: Any) -> list[Pressure]:
@@ -100,11 +100,11 @@ def pressures_of(given: Any) -> list[Pressure]:
     if given is None:
         return []
     if not isinstance(given, list) or not given:
-        raise MeshError(f"pressures = {given!r}: expected a list of {{at = set, value = MPa}}", "pressures")
+        raise MeshError.at("pressures", f" = {given!r}: expected a list of {{at = set, value = MPa}}")
     for entry in given:
         _check_entry("pressures", entry, {"at", "value"}, set(), "{at = set of nodes, value = MPa}")
         if not isinstance(entry["at"], str):
-            raise MeshError(f"pressures.at = {entry['at']!r}: expected the name of a set", "pressures.at")
+            raise MeshError.at("pressures.at", f" = {entry['at']!r}: expected the name of a set")
         _check_number("pressures.value", entry["value"], lambda p: True, "a number, in MPa")
     return [Pressure(**entry) for entry in given]
 
@@ -116,7 +116,7 @@ def _drive(key: str, entry: Any, further: set[str]) -> Drive:
     at, direction = location(f"{key}.at", entry["at"]), unit_vector(f"{key}.direction", entry["direction"])
     against = location(f"{key}.against", entry["against"]) if "against" in entry else None
     if against == at:
-        raise MeshError(f"{key}.against = {against!r}: expected another location than at", f"{key}.against")
+        raise MeshError.at(f"{key}.against", f" = {against!r}: expected another location than at")
     return Drive(at, direction, against=against)
 
 
@@ -128,22 +128,22 @@ def _vector(name: str, value: Any, expected: str) -> Direction:
     try:
         components = tuple(float(c) for c in value)
     except (TypeError, ValueError):
-        raise MeshError(f"{name} = {value!r}: expected {expected}", name) from None
+        raise MeshError.at(name, f" = {value!r}: expected {expected}") from None
     if len(components) not in (2, 3) or not all(math.isfinite(c) for c in components):
-        raise MeshError(f"{name} = {value!r}: expected {expected}", name)
+        raise MeshError.at(name, f" = {value!r}: expected {expected}")
     return components
 
 
 def _check_entry(name: str, entry: Any, needed: set[str], more: set[str], expected: str) -> None:
     if not isinstance(entry, Mapping) or not needed <= set(entry) <= needed | more:
         also = f", and {' or '.join(sorted(more))} if wanted" if more else ""
-        raise MeshError(f"{name} = {entry!r}: expected {expected}{also}", name)
+        raise MeshError.at(name, f" = {entry!r}: expected {expected}{also}")
 
 
 def _check_number(name: str, value: Any, holds: Callable[[float], bool], expected: str) -> None:
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e100
     if not is_number or not holds(value):
-        raise MeshError(f"{name} = {value!r}: expected {expected}", name)
+        raise MeshError.at(name, f" = {value!r}: expected {expected}")
 
 
 class StatedSetup(Specimen):
@@ -159,9 +159,9 @@ class StatedSetup(Specimen):
     def read_setup(self) -> None:
         """What the keys say in place of what a scene gives; MeshError naming a key."""
         if not isinstance(self.supports, list) or not self.supports:
-            raise MeshError(f"supports = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}", "supports")
+            raise MeshError.at("supports", f" = {self.supports!r}: expected a list of {{at = ..., direction = [x, y]}}")
         if (self.gauge_minus is None) != (self.gauge_plus is None):
-            raise MeshError("gauge_minus, gauge_plus: expected both or none", "gauge_minus")
+            raise MeshError.at("gauge_minus", ", gauge_plus: expected both or none")
         ends = {name: getattr(self, name) for name in ("gauge_minus", "gauge_plus")}
         for name, value in {
             "supports": [support_of(entry) for entry in self.supports],

@@ -132,9 +132,9 @@ class UserMesh(StatedSetup):
     def _checked(self, mesh: meshio.Mesh) -> meshio.Mesh:
         is_solid = mesh.points.shape[1] == 3
         if not is_solid and self.thickness is None:
-            raise MeshError("thickness is missing: the mesh is plane", "thickness")
+            raise MeshError.at("thickness", " is missing: the mesh is plane")
         if is_solid and self.thickness is not None:
-            raise MeshError(f"thickness = {self.thickness:g}: the mesh is solid; expected no thickness", "thickness")
+            raise MeshError.at("thickness", f" = {self.thickness:g}: the mesh is solid; expected no thickness")
         return mesh
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:

@@ -79,8 +79,8 @@ def test_fronts_give_the_schur_complement_and_the_way_back(sizes: dict[str, int]
     v = np.array([0.3, -0.1, 0.7, 1.1])
     others = np.empty(len(order))
     others[kept], others[gone] = v, back @ v
-    found = condensed.recover(v)
-    np.testing.assert_allclose(found, basis @ others, atol=1e-11 * abs(found).max())
+    recovered = condensed.recover(v)
+    np.testing.assert_allclose(recovered, basis @ others, atol=1e-11 * abs(recovered).max())
 
 
 def test_parts_that_touch_nothing_else() -> None:
@@ -174,12 +174,12 @@ def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
     """Diagonal springs, of which a few change from one to the next and turn negative."""
     rng = np.random.default_rng(4)
     values = rng.uniform(50.0, 60.0, n)
-    found = []
+    changes = []
     for _ in range(number):
         values = values.copy()
         values[rng.integers(0, n, 5)] = rng.uniform(-1.0, 1.0, 5)
-        found.append((np.arange(n), np.arange(n), values))
-    return found
+        changes.append((np.arange(n), np.arange(n), values))
+    return changes
 
 
 @pytest.mark.parametrize("kind", ["dense", "sparse"])
@@ -187,7 +187,7 @@ def _tangents(n: int, number: int) -> list[tuple[np.ndarray, np.ndarray, np.ndar
 @pytest.mark.parametrize("control", ["motion", "measure", "load", "dissipation"])
 def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) -> None:
     """They solve the bordered system as well as its own factorization does, whatever controls it."""
-    n = 2000  # a dense matrix of so many rows is worth eleven iterations
+    n = 2000  # a dense matrix of 2000 rows is worth eleven iterations
     K = sp.diags_array([np.full(n - 1, -1e3), np.full(n, 2e3 + 1.0), np.full(n - 1, -1e3)], offsets=[-1, 0, 1], format="csc")
     stiffness = DenseStiffness(K.toarray()) if kind == "dense" else SparseStiffness(K, np.arange(n), 30)
     load, rng, free = np.zeros(n), np.random.default_rng(5), sp.eye_array(n, format="csr")
@@ -204,15 +204,15 @@ def test_steps_by_an_older_factorization(kind: str, held: bool, control: str) ->
             "dissipation": (rng.normal(size=n), 0.0),
         }[control]
         right, last = 1e-2 * rng.normal(size=n), 0.3
-        found = stiffness.solve(Border(crack, load, row, corner, free if held else None), right, last)
+        solution = stiffness.solve(Border(crack, load, row, corner, free if held else None), right, last)
         inner = free.T @ (K + sp.diags_array(crack[2])) @ free
         A = sp.block_array([[inner, -(free.T @ load)[:, None]], [(free.T @ row)[None], np.array([[corner]])]], format="csc")
         exact = spla.spsolve(A, np.append(free.T @ right, last))
         exact = np.append(free @ exact[:-1], exact[-1])
         # residual of 1e-6 in forces, the condition of the system in the step: measured below 1e-5
-        np.testing.assert_allclose(found, exact, atol=1e-4 * abs(exact).max())
+        np.testing.assert_allclose(solution, exact, atol=1e-4 * abs(exact).max())
         # the control counts as a force: measured below 2e-5, and 0.14 of a measure that does not
-        assert row @ found[:-1] + corner * found[-1] == pytest.approx(last, rel=1e-4)
+        assert row @ solution[:-1] + corner * solution[-1] == pytest.approx(last, rel=1e-4)
     made = stiffness.factorizations  # a row that is another one each time takes as long as half a factorization, or longer
     assert made == 1 or (made == 2 and control == "dissipation")
     many = np.append(right, last)[:, None] * [1.0, -2.0]
@@ -236,23 +236,23 @@ def test_a_factorization_near_a_limit_point_serves_no_other_step(kind: str) -> N
     near[600], away[600] = (1.0 - 1e-8) * limit, 0.5 * limit
     away[100:1000:9] += rng.uniform(0.0, 3e3, 100)
     stiffness.solve(Border((at, at, near), nothing, nothing, 1.0), right, 0.0)
-    found = stiffness.solve(Border((at, at, away), nothing, nothing, 1.0), right, 0.0)[:-1]
+    solution = stiffness.solve(Border((at, at, away), nothing, nothing, 1.0), right, 0.0)[:-1]
     # what any step keeps to: measured 40 where the size of the guess counted
-    assert np.linalg.norm(K @ found + away * found - right) < 1e-6 * np.linalg.norm(right)
+    assert np.linalg.norm(K @ solution + away * solution - right) < 1e-6 * np.linalg.norm(right)
 
 
 @pytest.mark.long
 def test_an_older_factorization_changes_no_result(beam: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both kinds of stiffness, with one iteration of GMRES worth its while and with none."""
     exact = beam.with_(**{"solver.tol": 1e-11})
-    found = {}
+    results = {}
     for fewest in (1, 10**9):
         monkeypatch.setattr(cohesive.algebra.bordered, "FEWEST", fewest)
         monkeypatch.setattr(cohesive.algebra.bordered, "DENSE_WORTH", 2)
         for kind in ("always", "never"):
-            found[fewest, kind] = run(exact.with_(**{"solver.condensation": kind}))
-    reference = found[10**9, "always"]
-    for result in found.values():
+            results[fewest, kind] = run(exact.with_(**{"solver.condensation": kind}))
+    reference = results[10**9, "always"]
+    for result in results.values():
         for name in ("load", "opening", "dissipated"):
             size = abs(reference.history[name]).max()
             np.testing.assert_allclose(result.history[name], reference.history[name], atol=1e-9 * size)

@@ -107,8 +107,8 @@ def test_a_system_of_two_unknowns() -> None:
             whole = np.block([[free.T @ A @ free, -free.T @ load[:, None]], [row[None] @ free, np.array([[0.3]])]])
             *y, change = np.linalg.solve(whole, [*(free.T @ right), 2.0])
             allowed = None if len(y) == 2 else sp.csr_array(free)
-            found = stiffness.solve(Border(entries, load, row, 0.3, allowed), right, 2.0)
-            np.testing.assert_allclose(found, [*(free @ y), change], rtol=1e-12)  # rounding
+            solution = stiffness.solve(Border(entries, load, row, 0.3, allowed), right, 2.0)
+            np.testing.assert_allclose(solution, [*(free @ y), change], rtol=1e-12)  # rounding
     np.testing.assert_allclose(stiffness.apply(load), K @ load)
     assert stiffness.scale == 5.0
 
@@ -207,7 +207,7 @@ PETSC = {"solver__condensation": "petsc", "mesh__crack_size": 2.5, "mesh__far_si
 
 def processes_of(folder: Path) -> list[tuple[int, str]]:
     """Those that have the folder on their command line: id and number within MPI."""
-    found = []
+    processes = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             if str(folder) in (entry / "cmdline").read_text():
@@ -215,10 +215,10 @@ def processes_of(folder: Path) -> list[tuple[int, str]]:
                 number = [
                     text.partition("=")[2] for text in environment if text.startswith(("OMPI_COMM_WORLD_RANK=", "PMI_RANK="))
                 ]
-                found.append((int(entry.name), *number[:1]) if number else (int(entry.name), ""))
+                processes.append((int(entry.name), *number[:1]) if number else (int(entry.name), ""))
         except OSError:
             continue
-    return found
+    return processes
 
 
 def history(folder: Path) -> dict[str, np.ndarray]:

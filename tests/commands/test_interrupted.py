@@ -147,7 +147,7 @@ def test_a_second_sigterm_does_not_end_the_saving(
 
 
 class FullDisk:
-    """A file on a disk that takes so many bytes more."""
+    """A file on a disk with room for a number of bytes."""
 
     def __init__(self, file: object, room: int) -> None:
         self._file, self._room = file, room
@@ -201,11 +201,11 @@ def test_a_disk_that_stays_full_leaves_the_rows_that_fit(
     full_disk: None, command: Callable[..., int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
 ) -> None:  # fmt: skip
-    def refuse(path: Path, text: str) -> None:
+    def refuse(path: Path, text: str, encoding: str) -> None:
         path.touch()
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(cohesive.results.files, "write_text", refuse)
+    monkeypatch.setattr(Path, "write_text", refuse)
     assert command("run", "notched-beam", "-o", str(tmp_path), *QUICK) == 2
     out, err = capsys.readouterr()
     assert "peak load:" in out  # the numbers are told, whatever became of the files

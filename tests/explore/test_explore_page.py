@@ -55,9 +55,9 @@ class Page:
                 return dict(answer["result"])
 
     async def value(self, expression: str) -> Any:
-        found = await self.ask("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in found, found
-        return found["result"].get("value")
+        answered = await self.ask("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in answered, answered
+        return answered["result"].get("value")
 
     async def picture(self, path: Path) -> bytes:
         data = base64.b64decode((await self.ask("Page.captureScreenshot"))["data"])

@@ -55,12 +55,9 @@ def test_an_answer_is_the_run(explorer: Explorer) -> None:
     assert len(answer["profiles"]["at the end"][0]) == len(answer["profiles"]["at the end"][1]) > 5
 
 
-def test_a_notch_gets_a_mesh_of_its_own_and_few_are_kept(explorer: Explorer) -> None:
+def test_a_notch_gets_a_mesh_of_its_own(explorer: Explorer) -> None:
     peaks = [max(explorer.answer({"specimen.notch": notch})["load"]) for notch in (10.0, 20.0)]
     assert peaks[0] > 1.3 * peaks[1]
-    for notch in np.linspace(10, 30, 12):
-        explorer.answer({"specimen.notch": float(notch)})
-    assert explorer.kept <= 8
 
 
 @pytest.mark.parametrize(
@@ -79,18 +76,18 @@ def test_bad_numbers_are_answered_by_the_sentence_of_the_command(
 
 
 def test_two_pages_do_not_disturb_each_other(server: ExploreServer) -> None:
-    found: dict[float, set[str]] = {0.05: set(), 0.15: set()}
+    replies: dict[float, set[str]] = {0.05: set(), 0.15: set()}
 
     def move(Gf: float) -> None:
         for _ in range(4):
-            found[Gf].add(post(server, "run", changes={"material.Gf": Gf})["said"])
+            replies[Gf].add(post(server, "run", changes={"material.Gf": Gf})["said"])
 
-    threads = [threading.Thread(target=move, args=(Gf,)) for Gf in found]
+    threads = [threading.Thread(target=move, args=(Gf,)) for Gf in replies]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(found[0.05]) == len(found[0.15]) == 1 and found[0.05] != found[0.15]
+    assert len(replies[0.05]) == len(replies[0.15]) == 1 and replies[0.05] != replies[0.15]
 
 
 def test_the_scene_is_given_back(server: ExploreServer, tmp_path: Any) -> None:
@@ -143,8 +140,8 @@ def test_the_curve_of_the_scene_is_drawn_and_fitted(server: ExploreServer, explo
     assert own == explorer.measured() and own["over"] == "opening" and len(own["curves"][0]["x"]) == 13
     vary = {key: (explorer.controls()[key]["low"], explorer.controls()[key]["high"]) for key in ("material.ft", "material.Gf")}
     expected = fit(explorer.scene.with_(**{"material.ft": 3.0}), vary)
-    found = post(server, "fit", changes={"material.ft": 3.0})
-    assert found == {"values": expected.values, "summary": expected.summary()}
+    replies = post(server, "fit", changes={"material.ft": 3.0})
+    assert replies == {"values": expected.values, "summary": expected.summary()}
 
 
 def test_a_scene_without_a_curve_has_none(beam: Scene) -> None:

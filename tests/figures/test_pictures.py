@@ -1,4 +1,4 @@
-"""Pictures: whatever a title holds they are drawn, and one that is not costs a sentence only."""
+"""Pictures: whatever a title holds they are drawn, and one that is not is reported."""
 
 from __future__ import annotations
 
@@ -145,12 +145,12 @@ def test_every_mesh_is_drawn_with_what_is_done_to_it(name: str, tmp_path: Path) 
     mesh = cracked_mesh(scene)
     save_mesh(scene, mesh, tmp_path / "mesh.png")
     assert (tmp_path / "mesh.png").stat().st_size > 15_000
-    found = marks(scene.specimen, mesh, scene.model.plane, scene.model.half)
-    assert {"held", "driven", "measured"} <= {mark.kind for mark in found} | (
+    shown = marks(scene.specimen, mesh, scene.model.plane, scene.model.half)
+    assert {"held", "driven", "measured"} <= {mark.kind for mark in shown} | (
         {"measured"} if name == "single-crack-3d" else set()
     )
-    assert [mark.name for mark in found if mark.kind == "driven"] == list(scene.specimen.drives())
-    assert {mark.name for mark in found if mark.kind == "measured"} >= set(scene.specimen.gauges())
+    assert [mark.name for mark in shown if mark.kind == "driven"] == list(scene.specimen.drives())
+    assert {mark.name for mark in shown if mark.kind == "measured"} >= set(scene.specimen.gauges())
 
 
 def test_a_body_of_its_own_is_drawn_with_its_pressures_and_springs(tmp_path: Path) -> None:
@@ -158,8 +158,8 @@ def test_a_body_of_its_own_is_drawn_with_its_pressures_and_springs(tmp_path: Pat
 
     scene = own(tmp_path, specimen__pressures=[{"at": "top", "value": 1.0}])
     mesh = cracked_mesh(scene)
-    found = {mark.kind: mark for mark in marks(scene.specimen, mesh, "stress", False)}
-    assert found["pressed"].text == "by 1 MPa from the beginning"
+    shown = {mark.kind: mark for mark in marks(scene.specimen, mesh, "stress", False)}
+    assert shown["pressed"].text == "by 1 MPa from the beginning"
     save_mesh(scene, mesh, tmp_path / "mesh.png")
 
 

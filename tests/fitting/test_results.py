@@ -17,8 +17,8 @@ def test_a_saved_scene_of_a_fit_repeats_its_rows(tmp_path: Path) -> None:
     x, y = truth.history["opening"], truth.history["load"]
     places = np.linspace(0.0, x[-1], 12)
     start = scene.with_(**{"material.Gf": 0.09, "stage.0.steps": 5})
-    found = fit(start, {"material.Gf": (0.05, 0.2)}, reference=(places, np.interp(places, x, y)), check=False)
-    (result,) = found.results
+    fitted = fit(start, {"material.Gf": (0.05, 0.2)}, reference=(places, np.interp(places, x, y)), check=False)
+    (result,) = fitted.results
     result.save(tmp_path, pictures=False)
     again = run(Scene.load(tmp_path / "scene.toml"))
     assert len(again.history["load"]) == len(result.history["load"]) > 6

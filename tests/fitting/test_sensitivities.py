@@ -81,8 +81,8 @@ def test_derivatives_are_those_of_whole_runs(curve: str, stage: str) -> None:
 
 def assert_derivatives(scene: Scene, keys: list[str], prescribed: set[str]) -> None:
     """That they are those of whole runs in all columns, but for what is prescribed."""
-    found = sensitivities(scene, keys)
-    assert found.is_exact
+    moved = sensitivities(scene, keys)
+    assert moved.is_exact
     repeated = RepeatedRun(scene)
     for key in keys:
         wanted = by_differences(repeated, key)
@@ -90,7 +90,7 @@ def assert_derivatives(scene: Scene, keys: list[str], prescribed: set[str]) -> N
             if name not in prescribed:
                 size = abs(wanted[name]).max()
                 np.testing.assert_allclose(
-                    found[key][name], wanted[name], atol=CLOSE * size, rtol=0.0, err_msg=f"{key} {name}"
+                    moved[key][name], wanted[name], atol=CLOSE * size, rtol=0.0, err_msg=f"{key} {name}"
                 )
 
 
@@ -116,25 +116,25 @@ def test_a_dissipation_is_prescribed_after_a_motion() -> None:
 
 def test_contact_while_a_crack_closes() -> None:
     scene = beam("hordijk", {"control": "opening", "to": [0.03, 0.001, 0.06], "steps": 4})
-    found = sensitivities(scene, ["material.c_zn"])
+    moved = sensitivities(scene, ["material.c_zn"])
     wanted = by_differences(RepeatedRun(scene.with_(**{"material.c_zn": 9.0})), "material.c_zn")
-    np.testing.assert_allclose(found["material.c_zn"]["load"], wanted["load"], atol=CLOSE * abs(wanted["load"]).max())
+    np.testing.assert_allclose(moved["material.c_zn"]["load"], wanted["load"], atol=CLOSE * abs(wanted["load"]).max())
     assert abs(wanted["load"]).max() > 0.1  # N: the faces do touch
 
 
 def test_cuts_do_not_move_the_rows() -> None:
     """A dissipation that begins at the onset, and steps that are too large, insert rows; those of the targets stay."""
     scene = beam("exponential", STAGES["dissipation"])
-    found = sensitivities(scene, ["material.Gf"])
-    np.testing.assert_allclose(found.history["dissipated"], np.arange(1, 9) * 10.0, rtol=1e-8)
-    assert abs(found["material.Gf"]["dissipated"]).max() < 1e-6  # what is prescribed
+    moved = sensitivities(scene, ["material.Gf"])
+    np.testing.assert_allclose(moved.history["dissipated"], np.arange(1, 9) * 10.0, rtol=1e-8)
+    assert abs(moved["material.Gf"]["dissipated"]).max() < 1e-6  # what is prescribed
 
 
 def test_the_smeared_model_is_differenced() -> None:
     scene = beam("exponential", {"control": "opening", "to": 0.03, "steps": 3}, **{"model.kind": "smeared", "interface": {}})
-    found = sensitivities(scene, ["material.Gf"])
-    assert not found.is_exact
-    assert found["material.Gf"]["load"][-1] > 0
+    moved = sensitivities(scene, ["material.Gf"])
+    assert not moved.is_exact
+    assert moved["material.Gf"]["load"][-1] > 0
 
 
 @pytest.mark.parametrize("event", [{"until": {"load": 100.0}}, {"unload": {"load": 0.0}}])

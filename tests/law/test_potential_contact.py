@@ -13,7 +13,7 @@ from cohesive.law.potential_contact import inelastic_jump, total_energy
 
 Array = NDArray[np.float64]
 
-MENDED = Concrete.preset("reinhardt", contact="potential")
+CORRECTED = Concrete.preset("reinhardt", contact="potential")
 WIDTHS = [1e-3, 0.2, 2.0, 60.0]
 
 
@@ -29,7 +29,7 @@ def samples(concrete: Concrete, n: int, components: int = 2, seed: int = 1) -> t
 @pytest.mark.parametrize("jump", [(0.002, 0.0), (-0.003, 0.01), (0.05, 0.2), (0.02, 0.01), (-0.0005, 0.0)])
 def test_traction_minimises_the_energy(width: float, jump: tuple[float, float]) -> None:
     """Against a minimum found by simplex, with W by quadrature of g and nothing else of the module."""
-    law, m, Z = CrackPlane(MENDED, width), MENDED, 0.1
+    law, m, Z = CrackPlane(CORRECTED, width), CORRECTED, 0.1
     uz = min(m.r_z * m.Zm + min(Z, m.Zm) / m.c_zn, Z / m.c_lm)
     R, q = m.n_g * m.Zm + m.c_lm * uz, np.hypot(1.0, m.m_g)
 
@@ -76,7 +76,7 @@ def test_traction_minimises_the_energy(width: float, jump: tuple[float, float]) 
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("u_phi0", [0.0, 0.01])
 def test_tangent(width: float, components: int, u_phi0: float) -> None:
-    law = CrackPlane(replace(MENDED, u_phi0=u_phi0), width)
+    law = CrackPlane(replace(CORRECTED, u_phi0=u_phi0), width)
     jump, Z = samples(law.concrete, 1500, components)
     for frozen in (False, True):
         _, tangent, Z_new = law.update(jump, Z, frozen)
@@ -101,11 +101,11 @@ def test_tangent(width: float, components: int, u_phi0: float) -> None:
 @pytest.mark.parametrize("width", WIDTHS)
 def test_never_stiffer_than_the_plane_and_symmetric(width: float) -> None:
     """k - T is positive at constant damage, so that a band in series has no fold; the printed form is 71 times too stiff."""
-    jump, Z = samples(MENDED, 5000, 3)
-    unit = np.sqrt(CrackPlane(MENDED, width).stiffness(3))
+    jump, Z = samples(CORRECTED, 5000, 3)
+    unit = np.sqrt(CrackPlane(CORRECTED, width).stiffness(3))
     highest = {}
     for contact in ("printed", "potential"):
-        law = CrackPlane(replace(MENDED, contact=contact), width)
+        law = CrackPlane(replace(CORRECTED, contact=contact), width)
         scaled = law.update(jump, np.maximum(Z, law.history(jump, Z)), frozen=True)[1] / unit / unit[:, None]
         highest[contact] = np.linalg.eigvalsh(0.5 * (scaled + scaled.transpose(0, 2, 1))).max()
     assert abs(scaled - scaled.transpose(0, 2, 1)).max() < 1e-12
@@ -128,12 +128,12 @@ def loop_work(law: CrackPlane, turn: int) -> float:
 
 @pytest.mark.parametrize("width", [0.2, 60.0])
 def test_no_energy_from_closed_loops(width: float) -> None:
-    printed = [loop_work(CrackPlane(replace(MENDED, contact="printed"), width), turn) for turn in (1, -1)]
-    mended = [loop_work(CrackPlane(MENDED, width), turn) for turn in (1, -1)]
+    printed = [loop_work(CrackPlane(replace(CORRECTED, contact="printed"), width), turn) for turn in (1, -1)]
+    corrected = [loop_work(CrackPlane(CORRECTED, width), turn) for turn in (1, -1)]
     assert printed[0] == pytest.approx(-printed[1])
-    assert abs(printed[0]) > 0.1 * MENDED.Gf
+    assert abs(printed[0]) > 0.1 * CORRECTED.Gf
     # the contact surface has two corners in its second derivative, which 400 points of quadrature feel
-    assert max(map(abs, mended)) < 1e-4 * MENDED.Gf
+    assert max(map(abs, corrected)) < 1e-4 * CORRECTED.Gf
 
 
 @pytest.mark.parametrize("name", ["crack-plane", "jacobsen", "walraven"])
@@ -161,15 +161,15 @@ def test_growing_damage_creates_no_energy_either(name: str, width: float) -> Non
 
 
 def test_same_inelastic_jump_at_every_width() -> None:
-    jump, Z = samples(MENDED, 2000)
-    wide = CrackPlane(MENDED, 60.0)
+    jump, Z = samples(CORRECTED, 2000)
+    wide = CrackPlane(CORRECTED, 60.0)
     at = wide.contact_distance(jump, Z)[0] < wide.contact_reach(Z)
-    at &= 0.1 * MENDED.Zm < Z  # at both widths beyond the onset of damage
+    at &= 0.1 * CORRECTED.Zm < Z  # at both widths beyond the onset of damage
     jump, Z = jump[at], Z[at]
     omega = wide.damage(Z)[:, None]
     traction = wide.contact_traction(jump, Z) / omega
     left = jump - traction / wide.stiffness(2)
-    narrow = CrackPlane(MENDED, 0.6)
+    narrow = CrackPlane(CORRECTED, 0.6)
     again = narrow.contact_traction(left + traction / narrow.stiffness(2), Z) / narrow.damage(Z)[:, None]
     # the difference of jumps 100 times larger than what is left loses two digits of the tractions
     np.testing.assert_allclose(again, traction, rtol=1e-7, atol=1e-9)
@@ -179,50 +179,52 @@ def test_shear_contact_is_the_printed_one() -> None:
     """At small width, on the faces that have opened: the shear of the two forms differs by the width only."""
     opening, sliding = (grid.ravel() for grid in np.meshgrid([0.05, 0.1, 0.2], [0.05, 0.1, 0.2, 0.4]))
     jump, Z = np.column_stack([opening, sliding]), np.full(opening.size, 0.3)
-    printed, mended = (
-        CrackPlane(replace(MENDED, contact=contact), 1e-3).contact_traction(jump, Z) for contact in ("printed", "potential")
+    printed, corrected = (
+        CrackPlane(replace(CORRECTED, contact=contact), 1e-3).contact_traction(jump, Z) for contact in ("printed", "potential")
     )
-    np.testing.assert_allclose(mended[:, 1], printed[:, 1], rtol=1e-4, atol=1e-9)
-    assert (abs(mended[:, 0] / printed[:, 0] - 1.0) > 0.05).any()
+    np.testing.assert_allclose(corrected[:, 1], printed[:, 1], rtol=1e-4, atol=1e-9)
+    assert (abs(corrected[:, 0] / printed[:, 0] - 1.0) > 0.05).any()
 
 
 def test_shear_at_a_given_pressure_is_not() -> None:
-    """Faces that are pressed together: printed (G/E)/m_g of the pressure, mended far less than in proportion to it."""
+    """Faces that are pressed together: printed (G/E)/m_g of the pressure, corrected far less than in proportion to it."""
 
     def shear(contact: str, pressure: float) -> float:
-        law = CrackPlane(replace(MENDED, contact=contact), 0.2)
+        law = CrackPlane(replace(CORRECTED, contact=contact), 0.2)
         opening = np.geomspace(1e-6, 0.3, 40_000)[::-1]
         jump = np.column_stack([opening - 1e-4, np.full(opening.size, 0.3)])
         traction = law.traction(jump, np.full(opening.size, 0.1))[0]
         assert traction[0, 0] > -pressure > traction[-1, 0]
         return float(np.interp(pressure, -traction[:, 0], abs(traction[:, 1])))
 
-    limit = MENDED.G / MENDED.E / MENDED.m_g
+    limit = CORRECTED.G / CORRECTED.E / CORRECTED.m_g
     assert shear("printed", 50.0) / 50.0 == pytest.approx(limit, rel=0.01)
-    mended = [shear("potential", pressure) / pressure for pressure in (10.0, 40.0)]
-    assert 0.25 * mended[0] < mended[1] < 0.5 * mended[0] < 0.3 * limit  # four times the pressure, less than twice the shear
+    corrected = [shear("potential", pressure) / pressure for pressure in (10.0, 40.0)]
+    assert (
+        0.25 * corrected[0] < corrected[1] < 0.5 * corrected[0] < 0.3 * limit
+    )  # four times the pressure, less than twice the shear
 
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_softening_is_untouched(width: float) -> None:
-    opening = np.geomspace(1e-6, 5 * MENDED.Zm, 2000)
+    opening = np.geomspace(1e-6, 5 * CORRECTED.Zm, 2000)
     jump = np.column_stack([opening, 0 * opening])
-    laws = [CrackPlane(replace(MENDED, contact=contact), width) for contact in ("printed", "potential")]
-    printed, mended = (law.update(jump, np.zeros(2000)) for law in laws)
-    for one, other in zip(printed, mended, strict=True):
+    laws = [CrackPlane(replace(CORRECTED, contact=contact), width) for contact in ("printed", "potential")]
+    printed, corrected = (law.update(jump, np.zeros(2000)) for law in laws)
+    for one, other in zip(printed, corrected, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-11)  # phi = c_lm uz but for rounding: contact of 1e-16 mm
 
 
 def test_closing_is_close_to_the_printed_one() -> None:
     """Opened to 0.1 mm and pressed with 3 MPa: an inelastic opening of 2.9 um, printed 1.9 um, at any width."""
-    law = CrackPlane(MENDED, 0.2)
+    law = CrackPlane(CORRECTED, 0.2)
     opening = np.linspace(0.0, 0.1, 20_001)
     jump, Z = np.column_stack([opening, 0 * opening]), np.full(20_001, 0.1)
     traction = law.traction(jump, Z)[0][:, 0]
     assert (np.diff(traction[:2000]) > 0).all()
     left = np.interp(-3.0, traction, opening) + 3.0 / law.stiffness(2)[0]
     assert left == pytest.approx(0.00285, abs=5e-5)
-    printed = CrackPlane(replace(MENDED, contact="printed"), 0.2).traction(jump, Z)[0][:, 0]
+    printed = CrackPlane(replace(CORRECTED, contact="printed"), 0.2).traction(jump, Z)[0][:, 0]
     assert np.interp(-3.0, printed, opening) + 3.0 / law.stiffness(2)[0] == pytest.approx(0.00195, abs=5e-5)
 
 
@@ -254,7 +256,7 @@ def test_bad_input() -> None:
     with pytest.raises(ValueError, match="contact = 'other': expected 'printed' or 'potential'"):
         Concrete.preset("reinhardt", contact="other")
     with pytest.raises(ValueError, match="shear_scaling"):
-        replace(MENDED, shear_scaling=False)
+        replace(CORRECTED, shear_scaling=False)
 
 
 def test_thin_asperities_are_not_convex_and_find_their_energy() -> None:

@@ -20,29 +20,29 @@ BEAM: dict[str, Any] = {
 
 def test_work_of_fracture() -> None:
     triangle = Measured.from_curve(np.array([0.1, 2.0]), np.array([10e3, 0.0]), against="deflection")
-    found = evaluate(triangle, "rilem-tc-50", BEAM).values
-    assert found["W0"] == pytest.approx(10e3)
-    assert found["GF"] == pytest.approx((10e3 + 30.0 * 500 / 550 * 9.80665 * 2.0) / (150 * 125))
-    found = evaluate(replace(triangle, against="opening"), "jci-s-001", BEAM | {"mass_loading": 1.0}).values
-    assert found["GF"] == pytest.approx((7500.0 + 0.75 * (30.0 * 500 / 550 + 2.0) * 9.80665 * 2.0) / (150 * 125))
+    values = evaluate(triangle, "rilem-tc-50", BEAM).values
+    assert values["W0"] == pytest.approx(10e3)
+    assert values["GF"] == pytest.approx((10e3 + 30.0 * 500 / 550 * 9.80665 * 2.0) / (150 * 125))
+    values = evaluate(replace(triangle, against="opening"), "jci-s-001", BEAM | {"mass_loading": 1.0}).values
+    assert values["GF"] == pytest.approx((7500.0 + 0.75 * (30.0 * 500 / 550 + 2.0) * 9.80665 * 2.0) / (150 * 125))
 
 
 def test_residual_strengths() -> None:
     x, y = np.array([0.02, 0.04, 0.5, 1.5, 2.5, 3.0]), np.array([9e3, 12e3, 10e3, 8e3, 6e3, 5e3])
-    found = evaluate(Measured.from_curve(x, y, against="opening"), "en-14651", BEAM).values
+    values = evaluate(Measured.from_curve(x, y, against="opening"), "en-14651", BEAM).values
     factor = 3 * 500.0 / (2 * 150.0 * 125.0**2)
-    assert found["fct,L"] == pytest.approx(factor * 12e3)
-    assert [found[f"fR{j}"] for j in (1, 2, 3)] == pytest.approx([factor * load for load in (10e3, 8e3, 6e3)])
-    assert found["fR4"] is None
+    assert values["fct,L"] == pytest.approx(factor * 12e3)
+    assert [values[f"fR{j}"] for j in (1, 2, 3)] == pytest.approx([factor * load for load in (10e3, 8e3, 6e3)])
+    assert values["fR4"] is None
 
 
 def test_the_tail_needs_no_mass_and_counts_what_was_not_measured() -> None:
     u = np.linspace(0.01, 1.0, 400)
     whole = np.where(u < 0.05, 200e3 * u, 25.0 / u**2)
     cut = Measured.from_curve(u, whole - 15.0, against="driven")  # 15 N of weight, and the end of the tail missing
-    found = evaluate(cut, "rilem-tc-50", BEAM).values
+    values = evaluate(cut, "rilem-tc-50", BEAM).values
     work = 0.5 * 10e3 * 0.05 + 25.0 / 0.05  # the triangle and the whole tail; 2 % for the rows and the weight before the peak
-    assert found["GF, tail"] == pytest.approx(work / (150 * 125), rel=0.02)
+    assert values["GF, tail"] == pytest.approx(work / (150 * 125), rel=0.02)
 
 
 def test_modulus_from_the_opening() -> None:
@@ -51,8 +51,8 @@ def test_modulus_from_the_opening() -> None:
     compliance = 6 * S * a * V1 / (E * b * d**2)
     y = np.linspace(100.0, 1000.0, 10)
     beam = {"specimen.span": S, "specimen.depth": d, "specimen.thickness": b, "specimen.notch": a}
-    found = evaluate(Measured.from_curve(compliance * y, y, against="cmod"), "en-14651", beam).values
-    assert found["E"] == pytest.approx(E)
+    values = evaluate(Measured.from_curve(compliance * y, y, against="cmod"), "en-14651", beam).values
+    assert values["E"] == pytest.approx(E)
 
 
 @pytest.mark.parametrize(

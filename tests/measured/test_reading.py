@@ -31,8 +31,8 @@ def read(folder: Path, content: str | bytes, specimen: dict[str, Any] = BEAM["sp
 
 
 def curve(folder: Path, content: str | bytes, **keys: Any) -> Measured:
-    (found,) = read(folder, content, **keys).curves
-    return found
+    (measured,) = read(folder, content, **keys).curves
+    return measured
 
 
 def rows(separator: str = ",", decimal: str = ".", x: float = 1.0, y: float = 1.0, quote: str = "", end: str = "\n") -> str:
@@ -84,9 +84,9 @@ ALIKE: dict[str, tuple[str | bytes, dict[str, Any]]] = {
 @pytest.mark.parametrize("way", ALIKE)
 def test_one_curve_written_in_many_ways_is_read_alike(way: str, tmp_path: Path) -> None:
     content, keys = ALIKE[way]
-    found = curve(tmp_path, content, **keys | {"against": "driven"})
-    np.testing.assert_allclose([found.x, found.y], OLSEN.T, rtol=1e-9)  # the files have 10 digits
-    assert not found.is_band
+    measured = curve(tmp_path, content, **keys | {"against": "driven"})
+    np.testing.assert_allclose([measured.x, measured.y], OLSEN.T, rtol=1e-9)  # the files have 10 digits
+    assert not measured.is_band
 
 
 HEAD = "driven,load\n"
@@ -188,9 +188,9 @@ def test_bands_and_curves(tmp_path: Path) -> None:
 
 
 def test_what_runs_back_is_left_out_and_said(tmp_path: Path) -> None:
-    found = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,10\n0.05,1\n0.08,5\n0.2,8\n")
-    np.testing.assert_array_equal(found.x, [0.0, 0.1, 0.2])
-    assert found.notes == (
+    measured = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,10\n0.05,1\n0.08,5\n0.2,8\n")
+    np.testing.assert_array_equal(measured.x, [0.0, 0.1, 0.2])
+    assert measured.notes == (
         "driven runs back in 2 of its 5 rows, by up to 0.05 mm; the load counts with which it is reached first",
     )
 
@@ -205,7 +205,7 @@ def test_a_million_rows_take_seconds(tmp_path: Path) -> None:
     """1.9 s on a shared core, 115 s row by row in Python; the bound leaves room for a machine that is busy."""
     text = "Zeit;CMOD [mm];Kraft [N]\n" + a_million(lambda a, b: f"0,5;{a:.7f};{b:.5f}\n".replace(".", ","))
     clock = time.process_time()
-    found = curve(tmp_path, text, y="Kraft")
+    measured = curve(tmp_path, text, y="Kraft")
     assert time.process_time() - clock < 10.0
-    assert len(found.x) == 10**5
-    assert "in 899991 of its 1000000 rows" in found.notes[0]
+    assert len(measured.x) == 10**5
+    assert "in 899991 of its 1000000 rows" in measured.notes[0]

@@ -143,16 +143,16 @@ DOUBTED = {
 
 
 @pytest.mark.parametrize("case", DOUBTED)
-def test_what_cannot_be_meant_is_asked_about_with_the_key_that_mends_it(case: str, tmp_path: Path) -> None:
+def test_what_cannot_be_meant_is_asked_about_with_the_key_that_corrects_it(case: str, tmp_path: Path) -> None:
     text, keys, key, unit = DOUBTED[case]
     measured = read(tmp_path, text, **keys)
     assert f"reference.{key} = '{unit}'" in measured.doubt and measured.doubt == measured.notes[-1]
     with pytest.raises(SceneError, match=f"reference.{key} = '{unit}'"):
         evaluate(measured, "en-14651", BEAM)
-    mended = read(tmp_path, text, **keys | {key: unit})
-    assert not mended.doubt
+    corrected = read(tmp_path, text, **keys | {key: unit})
+    assert not corrected.doubt
     wanted = numbers(Measured.from_curve(X, Y, against="cmod"))
-    assert numbers(mended) == pytest.approx(wanted, rel=1e-7)
+    assert numbers(corrected) == pytest.approx(wanted, rel=1e-7)
 
 
 def test_a_unit_that_is_said_is_not_asked_about(tmp_path: Path) -> None:

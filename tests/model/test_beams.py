@@ -9,8 +9,8 @@ import pytest
 
 from cohesive import Scene, run
 from cohesive.arrays import Array
+from cohesive.law.widths import default_width
 from cohesive.model.build import build
-from cohesive.model.interface import default_width
 from cohesive.solver.newton import advance
 from tests.builders import assert_same_history, run_and_keep
 
@@ -72,11 +72,11 @@ def test_width_rule_costs_less_than_one_percent() -> None:
 
 def test_gregoire_beam_meets_the_measured_band() -> None:
     result = run(Scene.load("notched-beam"))
-    (found,) = result.agreement
-    assert found.points == 13
-    assert found.inside >= 11
-    assert not {0.005, 0.01} & {x for x, _, _ in found.outside}  # the rising branch
-    assert all(abs(away) < 0.05 for _, _, away in found.outside)
+    (agreement,) = result.agreement
+    assert agreement.points == 13
+    assert agreement.inside >= 11
+    assert not {0.005, 0.01} & {x for x, _, _ in agreement.outside}  # the rising branch
+    assert all(abs(away) < 0.05 for _, _, away in agreement.outside)
 
 
 def test_plane_strain_is_stiffer(beam: Scene) -> None:

@@ -188,8 +188,8 @@ def test_derivatives_start_from_the_body_under_pressure(tmp_path: Path) -> None:
     """Pulled by a pressure, which is a number as others are."""
     scene = own(tmp_path, specimen__pressures=[{"at": "top", "value": -1.5}], stage__0__steps=5, solver__tol=1e-12)
     keys = ["material.E", "material.ft", "material.Gf", "specimen.pressures.0.value"]
-    found = sensitivities(scene, keys)
-    assert found.is_exact
+    derivatives = sensitivities(scene, keys)
+    assert derivatives.is_exact
     for key in keys:
         value = value_of(scene, key)
         half = 1e-5 * abs(value)
@@ -198,7 +198,7 @@ def test_derivatives_start_from_the_body_under_pressure(tmp_path: Path) -> None:
             wanted = (high[name] - low[name])[1:] / (2.0 * half)
             scale = abs(wanted).max()
             # rounding of the runs, 1e-12 over a change of 2e-5, and its square
-            np.testing.assert_allclose(found[key][name], wanted, atol=1e-6 * scale, err_msg=f"{key} {name}")
+            np.testing.assert_allclose(derivatives[key][name], wanted, atol=1e-6 * scale, err_msg=f"{key} {name}")
 
 
 @pytest.mark.parametrize("kind", ["quad", "triangle6"])

@@ -60,10 +60,12 @@ def test_long_elements_along_the_path_are_warned_of_once(tmp_path: Path) -> None
     for model in ("discrete", "smeared"):
         for count, is_warned in ((3, True), (25, False), (24, True)):
             result = run(beam(tmp_path, counts=(20, count)).with_(stage=first), model)
-            found = [note for note in result.notes if "longer than" in note]
-            assert len(found) == is_warned, (model, count)
+            coarse = [note for note in result.notes if "longer than" in note]
+            assert len(coarse) == is_warned, (model, count)
             if is_warned:
-                assert found[0].startswith(f"warning: {count} of the {count} elements along the crack are longer than 1.6 mm")
+                assert coarse[0].startswith(
+                    f"warning: {count} of the {count} elements along the crack are longer than 1.6 mm"
+                )
 
 
 def test_a_crushed_bulk_is_told_with_place_and_step(tmp_path: Path) -> None:

@@ -56,10 +56,10 @@ def test_sizes_by_rule_are_those_of_the_start_values() -> None:
     brittle = start.with_(**{"material.ft": 6.0, "material.Gf": 0.01, "stage.0.steps": 2, "stage.0.to": 0.01})
     assert brittle.sizes is not None and prepared.crack_size is not None
     assert brittle.sizes.crack_size < 0.9 * prepared.crack_size  # by the rule it would have a mesh of its own
-    found = run(brittle, prepared)
-    assert found.scene.data["mesh"] == {"crack_size": prepared.crack_size, "far_size": prepared.far_size}
-    assert found.scene.data["interface"]["width"] == found.width == prepared.width
-    assert found.fields.mesh is prepared.model.mesh
+    result = run(brittle, prepared)
+    assert result.scene.data["mesh"] == {"crack_size": prepared.crack_size, "far_size": prepared.far_size}
+    assert result.scene.data["interface"]["width"] == result.width == prepared.width
+    assert result.fields.mesh is prepared.model.mesh
     for word in ("notched-beam", f"crack_size = {prepared.crack_size:.4g} mm", f"width = {prepared.width:.4g} mm", "by rule"):
         assert word in repr(prepared)
 
@@ -68,6 +68,7 @@ def test_sizes_by_rule_are_those_of_the_start_values() -> None:
     ("key", "value"),
     [
         ("specimen.notch", 20.0),
+        ("specimen.crack", "grow"),
         ("mesh.crack_size", 2.0),
         ("mesh.far_size", 10.0),
         ("mesh.order", 2),

@@ -48,8 +48,8 @@ RUNS: dict[str, Callable[[], Result]] = {
 
 #: public members that are called with nothing, with each row, or with the name of a motion
 CALLED = ("summary", "frame_rows", "added_compliance", "profile_distance")
-OF_ROWS = ("row", "frame", "displacement", "crack", "opening_profile")
-OF_NAMES = ("unit_of", "initial_stiffness")
+OF_ROWS = ("row", "frame", "crack", "opening_profile")
+OF_NAMES = ("unit_of",)
 
 #: members that write or draw, tested elsewhere, and alternative constructors
 OTHERS = {"from_run", "load", "save", "plot", "plot_deformed", "to_frame", "frame_mesh"}
@@ -57,22 +57,22 @@ OTHERS = {"from_run", "load", "save", "plot", "plot_deformed", "to_frame", "fram
 
 def members(result: Result) -> dict[str, Any]:
     """All that a reader may ask a result for, by name."""
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     rows = len(result.history["step"])
     for name in dir(result):
         if name.startswith("_") or name in OTHERS:
             continue
         value = getattr(result, name)
         if name in OF_ROWS:
-            found |= {f"{name}({row})": value(row) for row in range(-min(rows, 1), rows)}
+            entries |= {f"{name}({row})": value(row) for row in range(-min(rows, 1), rows)}
         elif name in OF_NAMES:
-            found |= {f"{name}({column})": value(column) for column in result.history}
+            entries |= {f"{name}({column})": value(column) for column in result.history}
         elif callable(value):
             assert name in CALLED, f"{name}: how is it called?"
-            found[name] = value()
+            entries[name] = value()
         else:
-            found[name] = value
-    return found
+            entries[name] = value
+    return entries
 
 
 def named(scene: Scene) -> dict[str, Any]:
@@ -117,18 +117,19 @@ def result(request: pytest.FixtureRequest) -> Result:
 
 def files(folder: Path) -> dict[str, bytes]:
     """All files by name; of run.json without the time that writing took, which the summary tells, too."""
-    found = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    facts = json.loads(found["run.json"])
+    entries = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    facts = json.loads(entries["run.json"])
     del facts["timings"]["output"], facts["summary"], facts["scene"]
-    found.pop("inputs/sources.txt", None)
-    return found | {"run.json": json.dumps(facts).encode(), "fields.npz": b""}  # whose bytes hold the time of writing
+    entries.pop("inputs/sources.txt", None)
+    return entries | {"run.json": json.dumps(facts).encode(), "result.npz": b""}  # whose bytes hold the time of writing
 
 
 def test_it_is_the_same_from_a_pickle_and_from_its_folder(result: Result, tmp_path: Path) -> None:
     folder = tmp_path / "fresh"
     result.save(folder, pictures=False)
     expected = members(result)
-    assert {"peak_load", "history", "notes", "found", "fields", "agreement", "frame(-1)", "summary", "way"} <= expected.keys()
+    named = {"peak_load", "history", "notes", "found", "fields", "agreement", "frame(-1)", "summary", "drive_travel"}
+    assert named <= expected.keys()
     for again in (pickle.loads(pickle.dumps(result)), Result.load(folder)):
         assert_same(members(again), expected, "result")
         again.save(tmp_path / "again", pictures=False)
@@ -163,25 +164,6 @@ def test_a_body_that_does_not_bear_its_weight_has_no_row(tmp_path: Path) -> None
     assert_same(members(Result.load(tmp_path)), members(nothing), "result")
 
 
-def test_a_folder_without_fields_tells_what_it_lacks(tmp_path: Path) -> None:
-    """As an older version wrote it."""
-    result = run(block())
-    result.save(tmp_path)
-    (tmp_path / "fields.npz").unlink()
-    facts = json.loads((tmp_path / "run.json").read_text())
-    for name in ("modelled", "initial_stiffness", "departure", "damaged"):
-        del facts[name]
-    (tmp_path / "run.json").write_text(json.dumps(facts))
-    old = Result.load(tmp_path)
-    assert_same(old.history, result.history, "history")
-    assert old.initial_stiffness("opening") == result.initial_stiffness("opening") and old.peak_load == result.peak_load
-    assert f"peak load: {old.peak_load:.5g} N" in old.summary() and old.plot().get_xlabel() == "opening (mm)"
-    matplotlib.pyplot.close("all")  # type: ignore[attr-defined]
-    for call in (lambda: old.frame(-1), lambda: old.opening_profile(2), old.plot_deformed, lambda: old.save(tmp_path)):
-        with pytest.raises(LookupError, match=r"^the folder of this result has no fields.npz .* run its scene again$"):
-            call()
-
-
 def test_a_large_run_keeps_the_fields_of_its_frames(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("cohesive.results.fields.MOST_NUMBERS", 0)
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 40}], output__frames=2))
@@ -199,7 +181,7 @@ def test_a_large_run_keeps_the_fields_of_its_frames(monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize("text", [b"", b"PK\x03\x04", "whole"])
 def test_broken_fields_are_one_sentence(text: Any, tmp_path: Path) -> None:
     run(block()).save(tmp_path, pictures=False)
-    path = tmp_path / "fields.npz"
+    path = tmp_path / "result.npz"
     path.write_bytes(path.read_bytes()[:-40] if text == "whole" else text)
-    with pytest.raises(SceneError, match=rf"^'{tmp_path}': its files cannot be read: .*; expected those of a run"):
+    with pytest.raises(SceneError, match=rf"^'{path}': cannot be read: .*; expected that of a run"):
         Result.load(tmp_path)

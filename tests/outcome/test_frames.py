@@ -27,7 +27,7 @@ def test_times_are_the_way_of_the_drive_and_rise(tmp_path: Path) -> None:
     result.save(tmp_path)
     at, names = times(tmp_path)
     steps = [int(name[6:-4]) for name in names]
-    np.testing.assert_allclose(at, result.way[steps], rtol=1e-9)
+    np.testing.assert_allclose(at, result.drive_travel[steps], rtol=1e-9)
     first = [i for i, step in enumerate(steps) if step <= 10]
     np.testing.assert_allclose(np.array(at)[first], result.history["driven"][steps][first], rtol=1e-9)  # until it turns
     assert (np.diff(at) > 0).all()

@@ -37,9 +37,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def data_of(path: Path) -> list[dict[str, object]]:
     """The data of a page."""
     text = path.read_text(encoding="utf-8")
-    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', text, flags=re.DOTALL)
-    assert found is not None
-    return list(json.loads(found[1]))
+    shown = re.search(r'<script id="data" type="application/json">(.*?)</script>', text, flags=re.DOTALL)
+    assert shown is not None
+    return list(json.loads(shown[1]))
 
 
 def test_a_page_holds_the_run_and_asks_for_nothing(folder: Path) -> None:
@@ -122,9 +122,9 @@ def test_the_slider_moves_all_views_in_a_browser(folder: Path, tmp_path: Path, w
         sized = [f"--window-size={width},1200", f"--screenshot={shot}", "--virtual-time-budget=2000"]
         subprocess.run([*common, *sized, page.as_uri()], check=True, capture_output=True, timeout=60)
         dom = subprocess.run([*common, "--dump-dom", page.as_uri()], check=True, capture_output=True, timeout=60, text=True)
-        found = re.search(r'<div id="said"[^>]*>(.*?)</div>', dom.stdout)
-        assert found is not None
-        said.append(found[1])
+        shown = re.search(r'<div id="said"[^>]*>(.*?)</div>', dom.stdout)
+        assert shown is not None
+        said.append(shown[1])
         shots.append(shot.read_bytes())
     assert said[0] != said[1] and said[1].startswith("step ")
     assert shots[0] != shots[1]

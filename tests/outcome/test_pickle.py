@@ -27,12 +27,12 @@ def again(thing: object) -> object:
 
 def files(folder: Path) -> dict[str, bytes]:
     """All files by name; of run.json without the time that writing took, which the summary tells, too."""
-    found = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    for name in [name for name in found if name.endswith("run.json")]:
-        facts = json.loads(found[name])
+    contents = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    for name in [name for name in contents if name.endswith("run.json")]:
+        facts = json.loads(contents[name])
         del facts["timings"]["output"], facts["summary"]
-        found[name] = json.dumps(facts).encode()
-    return {name: content for name, content in found.items() if not name.endswith(".npz")}  # they hold the time of writing
+        contents[name] = json.dumps(facts).encode()
+    return {name: content for name, content in contents.items() if not name.endswith(".npz")}  # they hold the time of writing
 
 
 @pytest.mark.long

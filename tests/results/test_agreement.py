@@ -26,15 +26,15 @@ def history(x: Array = X, y: Array = Y) -> dict[str, Array]:
 
 
 def test_a_curve_is_judged_over_the_common_range() -> None:
-    found = agreement(Measured.from_curve(np.array([-1.0, 0.5, 2.0, 5.0]), np.array([3.0, 6.0, 8.0, 2.0])), X, Y)
-    assert found is not None
-    assert (found.start, found.end, found.points) == (0.0, 3.0, 0)
+    judged = agreement(Measured.from_curve(np.array([-1.0, 0.5, 2.0, 5.0]), np.array([3.0, 6.0, 8.0, 2.0])), X, Y)
+    assert judged is not None
+    assert (judged.start, judged.end, judged.points) == (0.0, 3.0, 0)
     # at 0, .5, 1, 2, 3: measured 5, 6, 6 2/3, 8, 6; computed 0, 5, 10, 7, 4
     gap = np.array([-5.0, -1.0, 10 / 3, -1.0, -2.0])
     at = np.array([0.0, 0.5, 1.0, 2.0, 3.0])
-    assert found.rms == pytest.approx(np.sqrt(trapezoid(gap**2, at) / 3.0) / 8.0, rel=1e-6)
-    assert found.area == pytest.approx(19.0 / (2.75 + 19 / 6 + 22 / 3 + 7.0) - 1.0, rel=1e-6)
-    assert found.peak == pytest.approx(10 / 8 - 1)
+    assert judged.rms == pytest.approx(np.sqrt(trapezoid(gap**2, at) / 3.0) / 8.0, rel=1e-6)
+    assert judged.area == pytest.approx(19.0 / (2.75 + 19 / 6 + 22 / 3 + 7.0) - 1.0, rel=1e-6)
+    assert judged.peak == pytest.approx(10 / 8 - 1)
     assert agreement(Measured.from_curve(np.array([4.0, 5.0]), np.ones(2)), X, Y) is None
 
 
@@ -42,10 +42,10 @@ def test_a_band_is_judged_by_its_points() -> None:
     band = Measured.from_band(
         np.array([0.5, 1.0, 2.0, 4.0]), np.array([4.0, 11.0, 4.0, 0.0]), np.array([6.0, 12.0, 5.0, 1.0])
     )
-    found = agreement(band, X, Y)
-    assert found is not None
-    assert (found.inside, found.points) == (1, 3)
-    assert found.outside == ((1.0, 10.0, pytest.approx(-1 / 11)), (2.0, 7.0, pytest.approx(2 / 5)))
+    judged = agreement(band, X, Y)
+    assert judged is not None
+    assert (judged.inside, judged.points) == (1, 3)
+    assert judged.outside == ((1.0, 10.0, pytest.approx(-1 / 11)), (2.0, 7.0, pytest.approx(2 / 5)))
     lines = agreement_lines(Reference("measured", "driven", (band,)), history())
     assert lines[0] == "measured: 1 of 3 points inside the band"
     assert lines[1:] == ["  outside at 1 mm: 10 N, 9.1 % below the band", "  outside at 2 mm: 7 N, 40.0 % above the band"]
@@ -78,20 +78,20 @@ def with_curve(tmp_path_factory: pytest.TempPathFactory) -> Result:
 
 
 def test_summary_run_json_and_figure_say_the_same(with_curve: Result, tmp_path: Path) -> None:
-    (found,) = with_curve.agreement
+    (judged,) = with_curve.agreement
     h = with_curve.history
     away = 0.1 * h["load"]
     at = h["driven"]
     wanted = np.sqrt(trapezoid(away**2, at) / (at[-1] - at[0])) / (1.1 * with_curve.peak_load)
-    assert found.rms == pytest.approx(wanted, rel=1e-9)
-    assert found.area == pytest.approx(1 / 1.1 - 1, rel=1e-9)
-    rms = f"rms {100 * found.rms:.1f} % of its peak"
+    assert judged.rms == pytest.approx(wanted, rel=1e-9)
+    assert judged.area == pytest.approx(1 / 1.1 - 1, rel=1e-9)
+    rms = f"rms {100 * judged.rms:.1f} % of its peak"
     assert f"test 1: {rms}, area -9.1 %, peak -9.1 %, over driven from " in with_curve.summary()
     with_curve.save(tmp_path)
     said = json.loads((tmp_path / "run.json").read_text())["reference"]
-    assert said["against"] == "driven" and said["curves"][0]["rms"] == found.rms
+    assert said["against"] == "driven" and said["curves"][0]["rms"] == judged.rms
     axes = Figure().add_subplot()
-    draw_reference(axes, with_curve.reference, h)
+    draw_reference(axes, with_curve, "driven", with_distance=True)
     assert axes.get_legend_handles_labels()[1] == [f"test 1, {rms}"]
     name, x, _ = abscissa(with_curve)
     assert name == "driven" and x[-1] == h["driven"][-1]

@@ -185,7 +185,7 @@ def test_what_cannot_be_resumed_is_told(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def _killed_by_signal(folder: Path, after: float) -> bool:
-    """A run in another process, killed so many seconds after its first row; whether it was in time."""
+    """A run in another process, killed some seconds after its first row; whether it was in time."""
     command = [sys.executable, "-m", "cohesive", "run", "notched-beam", "-o", str(folder), "--set", "stage.0.steps=200"]
     process = subprocess.Popen([*command, "--set", "output.frames=0"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     history = folder / "history.csv"

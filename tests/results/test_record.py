@@ -55,15 +55,6 @@ def test_the_peak_is_the_first_of_the_largest_and_not_the_unloaded_row() -> None
     assert 1501 in states.kept and 1502 not in states.kept[states.kept % 4 != 0]
 
 
-def test_a_state_that_was_not_kept_is_named() -> None:
-    states = kept_of(5000, 10)
-    with pytest.raises(LookupError, match=r"row 1001: of 5000 rows the states of multiples of 8, .*output.frames") as caught:
-        states[1001]
-    assert not isinstance(caught.value, IndexError)  # which would end an iteration in silence
-    with pytest.raises(IndexError, match=r"row 5000: the run has 5000 rows"):
-        states[5000]
-
-
 def test_frames_of_a_long_run_are_the_nearest_that_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohesive.results.record.ALL_KEPT", 10)
     result = run(block(stage=[{"control": "opening", "to": 0.05, "steps": 90}], output__frames=3))
@@ -86,7 +77,7 @@ def test_a_row_that_an_interruption_cut_short_is_left_out(monkeypatch: pytest.Mo
     record.columns["opening"] = Interrupting("d", record.columns["opening"])
     with pytest.raises(KeyboardInterrupt):
         record.append(result.row(3), states[3])
-    assert {len(values) for values in record.history.values()} == {3} and len(record.way) == len(record.states) == 3
+    assert {len(values) for values in record.history.values()} == {3} and len(record.drive_travel) == len(record.states) == 3
 
 
 def test_the_history_begins_with_the_unloaded_state_and_counts_whole_numbers() -> None:
@@ -108,10 +99,10 @@ def test_the_history_begins_with_the_unloaded_state_and_counts_whole_numbers() -
 
 def test_the_way_is_that_of_the_drive_there_and_back_or_of_a_platen() -> None:
     result = run(block(stage=[{"control": "driven", "to": [0.02, 0.01], "steps": 5}]))
-    np.testing.assert_allclose(result.way, np.r_[0.0, np.cumsum(abs(np.diff(result.history["driven"])))], atol=1e-15)
-    assert result.way[-1] == pytest.approx(0.03, rel=1e-8)
+    np.testing.assert_allclose(result.drive_travel, np.r_[0.0, np.cumsum(abs(np.diff(result.history["driven"])))], atol=1e-15)
+    assert result.drive_travel[-1] == pytest.approx(0.03, rel=1e-8)
     oblique = run(plate(stage=[{"control": "driven", "to": 0.01, "steps": 3, "angle": 30}]))
-    np.testing.assert_allclose(oblique.way, oblique.history["driven"], rtol=1e-12)
+    np.testing.assert_allclose(oblique.drive_travel, oblique.history["driven"], rtol=1e-12)
 
 
 @pytest.mark.slow

@@ -37,24 +37,24 @@ def test_a_platen_run_comes_back_with_its_way(tmp_path: Path) -> None:
     result.save(tmp_path)
     loaded = Result.load(tmp_path)
     assert loaded.drives_both_ways
-    np.testing.assert_allclose(loaded.way, result.way, rtol=1e-12)
-    assert loaded.plot().get_xlabel() == "way of the platen, there and back (mm)"
+    np.testing.assert_allclose(loaded.drive_travel, result.drive_travel, rtol=1e-12)
+    assert loaded.plot().get_xlabel() == "travel of the platen, there and back (mm)"
 
 
-@pytest.mark.parametrize("name", ["history.csv", "run.json", "scene.toml"])
+@pytest.mark.parametrize("name", ["result.npz", "scene.toml"])
 def test_a_missing_or_broken_file_is_named(name: str, result: Result, tmp_path: Path) -> None:
     result.save(tmp_path)
-    whole = (tmp_path / name).read_text()
-    for text in ("", whole[: len(whole) // 2] + "\u0000{", "[1, 2]\n"):
-        (tmp_path / name).write_text(text)
+    whole = (tmp_path / name).read_bytes()
+    for text in (b"", whole[: len(whole) // 2] + b"\0{", b"[1, 2]\n"):
+        (tmp_path / name).write_bytes(text)
         with pytest.raises(SceneError, match=str(tmp_path)):
             Result.load(tmp_path)
     (tmp_path / name).unlink()
-    with pytest.raises(SceneError, match=rf"there is no {name}; expected the folder of a run that was saved"):
+    with pytest.raises(SceneError, match=rf"there is no {name}; expected the folder of a run that this version saved"):
         Result.load(tmp_path)
 
 
-def test_curve_and_body_are_drawn_into_axes_of_ones_own(result: Result) -> None:
+def test_curve_and_body_are_drawn_into_given_axes(result: Result) -> None:
     from matplotlib import pyplot
 
     _, (left, right) = pyplot.subplots(1, 2)

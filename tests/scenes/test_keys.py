@@ -9,8 +9,9 @@ import pytest
 
 from cohesive import Scene, SceneError
 from cohesive.commands.command_line import main
+from cohesive.scenes.inputs import TABLES
 from cohesive.scenes.keys import scene_keys, specimen_kinds
-from cohesive.scenes.scene import TABLES, built_in
+from cohesive.scenes.scene import built_in
 from cohesive.solver.columns import COLUMN_NAMES
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "guide" / "reference"
@@ -23,7 +24,7 @@ def test_every_key_says_what_it_means(kind: str, capsys: pytest.CaptureFixture[s
     for key in scene_keys(kind):
         assert key.meaning and not key.meaning.endswith("."), key
         assert f"\n  {key.name}: " in said, key
-    assert {key.table for key in scene_keys(kind)} == {*TABLES} - {"title"} | {""}
+    assert {key.table for key in scene_keys(kind)} == {*TABLES, "specimen", ""}
 
 
 def test_an_unknown_kind_is_refused_with_the_one_that_was_meant(capsys: pytest.CaptureFixture[str]) -> None:

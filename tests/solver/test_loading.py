@@ -7,7 +7,7 @@ import pytest
 
 from cohesive.solver.loading import DEAD, Actuator, Loading
 
-#: a single drive, two opposed forces, a platen, the dead loads; motion 5 is that of a support that gives way
+#: a single drive, two opposed forces, a platen, the dead loads; motion 5 is that of a support that gives mode
 DRIVES = {
     "one": Actuator((0,)),
     "pair": Actuator((1, 2)),
@@ -31,17 +31,17 @@ def test_the_first_drive_is_moved_and_dead_loads_are_held() -> None:
     np.testing.assert_array_equal(allowed[4], 0.0)
 
 
-@pytest.mark.parametrize("way", ["force", "motion", "free"])
+@pytest.mark.parametrize("mode", ["force", "motion", "free"])
 @pytest.mark.parametrize("name", ["pair", "platen"])
-def test_what_a_held_drive_allows(name: str, way: str) -> None:
+def test_what_a_held_drive_allows(name: str, mode: str) -> None:
     """Motions along it are free, but for "motion"; columns are orthonormal, with one entry in a row at most."""
-    held = loading().after("one", {name: way}, np.zeros(COUNT))
+    held = loading().after("one", {name: mode}, np.zeros(COUNT))
     allowed = held.allowed
     assert allowed is not None
     np.testing.assert_allclose(allowed.T @ allowed, np.eye(allowed.shape[1]), atol=1e-15)
     assert (np.count_nonzero(allowed, axis=1) <= 1).all()
     along = allowed.T @ held.row(name)
-    assert (np.linalg.norm(along) < 1e-15) == (way == "motion")
+    assert (np.linalg.norm(along) < 1e-15) == (mode == "motion")
 
 
 def test_opposed_forces_held_at_their_motion_still_move_together() -> None:
@@ -62,7 +62,7 @@ def test_the_drive_that_was_moved_is_held_at_its_force() -> None:
     assert third.force("pair", third.dead) == pytest.approx(7.0)
     free = third.after(None, {"one": "free"}, forces)
     assert free.dead[0] == 0.0 and free.dead[1] == pytest.approx(7.0)
-    assert free.drives[DEAD].way == "motion"
+    assert free.drives[DEAD].mode == "motion"
 
 
 def test_a_platen_turns_and_is_let_go_across() -> None:

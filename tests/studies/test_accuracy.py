@@ -115,7 +115,7 @@ def test_settings_are_carried_over_as_the_knobs_say() -> None:
 
 
 def test_a_mesh_of_the_users_has_no_sizes(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="a mesh of your own has no sizes to choose"):
+    with pytest.raises(SceneError, match="a user mesh has no sizes to choose"):
         settings_for(Scene(OF_A_FILE, tmp_path), 0.01)
 
 
@@ -155,8 +155,8 @@ def test_default_element_sizes_cost_less_than_one_percent(scale: float, Gf: floa
     assert scene.sizes.crack_size == pytest.approx(25.0 * scale / 25.0)  # the ligament over 25: the zone is longer
     assert scene.sizes.far_size == 8.0 * scene.sizes.crack_size
     fine = scene.with_(**{"mesh.crack_size": scene.sizes.crack_size / 4, "mesh.far_size": scene.sizes.far_size / 4})
-    found = errors(curve_of(run(scene)), curve_of(run(fine)))
-    assert max(found["peak"], found["energy"], found["curve_distance"]) < 0.01
+    differences = errors(curve_of(run(scene)), curve_of(run(fine)))
+    assert max(differences["peak"], differences["energy"], differences["curve_distance"]) < 0.01
 
 
 def test_default_elements_divide_the_process_zone_too() -> None:

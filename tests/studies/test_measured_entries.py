@@ -114,10 +114,10 @@ def test_what_is_read_is_the_same_and_said_by_all(tmp_path: Path, capsys: pytest
     page = Explorer(SCENE).measured(text, path.name)
     for note in measured.notes:
         assert f"test: {note}" in result.summary() and f"test: {note}" in swept.summary()
-        assert all(f"measured.csv: {note}" in found.summary() for found in fits)
+        assert all(f"measured.csv: {note}" in joint.summary() for joint in fits)
         assert note in printed and f"measured.csv: {note}" in page["notes"]
     assert result.reference is not None
-    for curve in (result.reference.curves[0], *(found.problem.data[0].curves[0] for found in fits)):
+    for curve in (result.reference.curves[0], *(joint.problem.data[0].curves[0] for joint in fits)):
         np.testing.assert_allclose([curve.x, curve.y], [x, y], rtol=1e-7, atol=1e-9)
         assert curve.against == "cmod"
     assert page["over"] == "cmod"
@@ -133,9 +133,9 @@ def test_each_scene_of_a_joint_fit_has_its_own_loss(tmp_path: Path) -> None:
     path = tmp_path / "band.csv"
     path.write_text(table("cmod_mm,load_mean_N,load_min_N,load_max_N", x, y, 0.9 * y, 1.1 * y), encoding="utf-8")
     curve = Measured.from_curve(x, y, against="cmod")
-    found = fit([SCENE, SCENE], VARY, reference=[path, curve], check=False)
-    assert [data.loss for data in found.problem.data] == ["band", "linear"]
-    assert found.values["material.Gf"] == pytest.approx(0.14, rel=1e-3)
+    joint = fit([SCENE, SCENE], VARY, reference=[path, curve], check=False)
+    assert [data.loss for data in joint.problem.data] == ["band", "linear"]
+    assert joint.values["material.Gf"] == pytest.approx(0.14, rel=1e-3)
     other = fit([SCENE, SCENE], VARY, reference=[path, Measured.from_curve(x, 1.05 * y, against="cmod")], check=False)
     inside, outside = other.problem.data[0].gap(1.05 * y)[0], other.problem.data[1].gap(y)[0]
     assert not inside.any() and outside.all()  # 5 % more is no error of the band, 5 % less is one of the curve

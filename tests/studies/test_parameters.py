@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cohesive import Scene
-from cohesive.model.interface import default_width
+from cohesive.law.widths import default_width
 from cohesive.scenes.scene import built_in
 from cohesive.studies.parameters import changes, label, problem, single
 

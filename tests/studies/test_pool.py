@@ -26,15 +26,15 @@ def test_a_client_runs_the_trials() -> None:
         distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
-        found = trade(block(**SMALL), client.get_executor(), lambda trial: seen.append(trial.label), ["steps", "order"])
+        outcomes = trade(block(**SMALL), client.get_executor(), lambda trial: seen.append(trial.label), ["steps", "order"])
     with ThreadPoolExecutor(1) as pool:
         here = trade(block(**SMALL), pool, settings=["steps", "order"])
     errors = {trial.label: trial.error for trial in here.trials}
-    assert sorted(seen) == sorted(trial.label for trial in found.trials)
-    for trial in found.trials:
+    assert sorted(seen) == sorted(trial.label for trial in outcomes.trials)
+    for trial in outcomes.trials:
         if trial.label in errors:  # which settings are combined depends on the times
             assert trial.error == pytest.approx(errors[trial.label], rel=1e-6, abs=1e-12)  # the same run in another process
-    assert {"as it is", "order 2", "steps x 2", "finer x 4"} <= {trial.label for trial in found.trials}
+    assert {"as it is", "order 2", "steps x 2", "finer x 4"} <= {trial.label for trial in outcomes.trials}
 
 
 @pytest.mark.long

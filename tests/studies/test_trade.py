@@ -39,33 +39,33 @@ def secant_finds_the_same(scene: Scene) -> Result:
 @pytest.mark.long
 def test_errors_fall_with_the_settings(pool: Executor, tmp_path: Path) -> None:
     seen: list[SweepSetting] = []
-    found = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
-    assert {id(trial) for trial in seen} == {id(trial) for trial in found.trials} and found.trials[0].settings == {}
-    error = {trial.label: trial.error for trial in found.trials}
+    traded = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
+    assert {id(trial) for trial in seen} == {id(trial) for trial in traded.trials} and traded.trials[0].settings == {}
+    error = {trial.label: trial.error for trial in traded.trials}
     assert error["crack size x 4"] > error["crack size x 2"] > error["as it is"] > error["crack size x 0.5"]
     assert error["steps x 0.25"] > error["as it is"]
     # exact: the condensation, and half of a symmetric body but for its mesh
     assert abs(error["condensation never"] - error["as it is"]) < 1e-4
-    assert error["finer x 4"] == 0.0 and error["finer x 2"] == found.own_error
-    iterations = {trial.label: trial.cost.iterations for trial in found.trials if trial.cost}
-    assert secant_finds_the_same(found.scene).iterations > 3 * iterations["as it is"]
-    assert 0 < found.own_error < 0.5 * error["as it is"]
-    front = found.pareto_front()
+    assert error["finer x 4"] == 0.0 and error["finer x 2"] == traded.own_error
+    iterations = {trial.label: trial.cost.iterations for trial in traded.trials if trial.cost}
+    assert secant_finds_the_same(traded.scene).iterations > 3 * iterations["as it is"]
+    assert 0 < traded.own_error < 0.5 * error["as it is"]
+    front = traded.pareto_front()
     assert all(a.cost.cpu <= b.cost.cpu and a.error > b.error for a, b in pairwise(front))  # type: ignore[union-attr]
-    best = found.cheapest(0.05)
-    assert best is not None and best.error + found.own_error <= 0.05 and best.is_same_problem
+    best = traded.cheapest(0.05)
+    assert best is not None and best.error + traded.own_error <= 0.05 and best.is_same_problem
     assert all(
-        best.cost.cpu <= 1.2 * t.cost.cpu for t in found.trials if t.cost and t.is_same_problem and found.promise(t) <= 0.05
+        best.cost.cpu <= 1.2 * t.cost.cpu for t in traded.trials if t.cost and t.is_same_problem and traded.promise(t) <= 0.05
     )  # type: ignore[union-attr]
-    found.scene.with_(**changes(found.scene, best.settings))  # its settings are keys of a scene
-    found.save(tmp_path)
+    traded.scene.with_(**changes(traded.scene, best.settings))  # its settings are keys of a scene
+    traded.save(tmp_path)
     again = Trade.load(tmp_path / "trade.csv")
-    assert again.scene.data == found.scene.data and again.own_error == found.own_error
-    assert [trial.settings for trial in again.trials] == [trial.settings for trial in found.trials]
+    assert again.scene.data == traded.scene.data and again.own_error == traded.own_error
+    assert [trial.settings for trial in again.trials] == [trial.settings for trial in traded.trials]
     assert again.cheapest(0.05).settings == best.settings  # type: ignore[union-attr]
     rows = table(tmp_path)
-    assert [row["setting"] for row in rows] == [trial.label for trial in found.trials]
-    assert float(rows[0]["error"]) == pytest.approx(found.trials[0].error, rel=1e-4)
+    assert [row["setting"] for row in rows] == [trial.label for trial in traded.trials]
+    assert float(rows[0]["error"]) == pytest.approx(traded.trials[0].error, rel=1e-4)
     assert (tmp_path / "trade.png").stat().st_size > 1e4 and "cheapest for 1 %" in (tmp_path / "trade.txt").read_text()
 
 
@@ -74,13 +74,13 @@ def test_a_trade_in_3d(name: str, pool: Executor) -> None:
     sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
     if name == "single-crack-3d":
         sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
-    found = trade(Scene.load(name).with_(**sizes), pool, settings=["crack size", "layers"])
-    error = {trial.label: trial.error for trial in found.trials}
-    assert error["finer x 2.5"] == 0.0 and error["finer x 1.25"] == found.own_error
-    assert found.own_error < error["as it is"] or name == "single-crack-3d"  # four steps over a snap are as they come
-    secant_finds_the_same(found.scene)
+    traded = trade(Scene.load(name).with_(**sizes), pool, settings=["crack size", "layers"])
+    error = {trial.label: trial.error for trial in traded.trials}
+    assert error["finer x 2.5"] == 0.0 and error["finer x 1.25"] == traded.own_error
+    assert traded.own_error < error["as it is"] or name == "single-crack-3d"  # four steps over a snap are as they come
+    secant_finds_the_same(traded.scene)
     assert ("layers x 0.5" in error) == (name == "notched-beam-3d")
-    assert not any(trial.failure for trial in found.trials if trial.is_same_problem)
+    assert not any(trial.failure for trial in traded.trials if trial.is_same_problem)
 
 
 def test_a_body_with_a_large_crack_gets_a_reference_that_can_be_paid() -> None:
@@ -121,18 +121,18 @@ def test_a_setting_that_fails_is_a_row_with_its_reason() -> None:
     scene = Scene.load("notched-beam")
     good = SweepSetting({}, {"peak": 0.0, "energy": 0.001, "curve_distance": 0.002}, Cost(1.0, 1.0, 100.0, 10))
     bad = SweepSetting({"half": True}, failure="no convergence")
-    found = Trade(scene, {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, [good, bad])
-    assert bad.error == float("inf") and found.pareto_front() == [good]
-    assert "half" in found.summary() and "failed: no convergence" in found.summary()
-    assert found.cheapest(0.01) is good and found.cheapest(0.002) is None
+    traded = Trade(scene, {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, [good, bad])
+    assert bad.error == float("inf") and traded.pareto_front() == [good]
+    assert "half" in traded.summary() and "failed: no convergence" in traded.summary()
+    assert traded.cheapest(0.01) is good and traded.cheapest(0.002) is None
 
 
 def test_another_problem_is_no_cheap_setting() -> None:
     errors = {"peak": 0.001, "energy": 0.0, "curve_distance": 0.0}
     base, other = (SweepSetting(s, errors, Cost(c, c, 100.0, 10)) for s, c in (({}, 1.0), ({"model": "discrete"}, 0.1)))
-    found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, [base, other])
-    assert found.cheapest(0.01) is base and found.pareto_front() == [base]
-    assert "model discrete" in found.summary()
+    traded = Trade(Scene.load("notched-beam"), {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, [base, other])
+    assert traded.cheapest(0.01) is base and traded.pareto_front() == [base]
+    assert "model discrete" in traded.summary()
 
 
 def test_on_another_scene_errors_may_not_cancel() -> None:
@@ -144,10 +144,10 @@ def test_on_another_scene_errors_may_not_cancel() -> None:
         one(0.003), one(0.005, steps=0.5), one(0.009, order=2), one(0.002, condensation="never"),
         one(0.004, steps=0.5, order=2), one(0.002, finer=2.0), one(0.0, finer=2.0, steps=0.5),
     ]  # fmt: skip
-    found = Trade(Scene.load("notched-beam"), {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, trials)
-    assert [found.promise(trial) for trial in trials] == pytest.approx([0.004, 0.006, 0.010, 0.003, 0.005, 0.003, 0.001])
+    traded = Trade(Scene.load("notched-beam"), {"peak": 1.0, "at_peak": 1.0, "energy": 1.0}, 1e-3, trials)
+    assert [traded.promise(trial) for trial in trials] == pytest.approx([0.004, 0.006, 0.010, 0.003, 0.005, 0.003, 0.001])
     elsewhere = [0.003, 0.005, 0.009, 0.002, 0.003 + 0.002 + 0.006, 0.002, 0.002 + 0.002]  # what each loses, added
-    assert [found.promise(trial, True) for trial in trials] == pytest.approx([3.0 * e + 0.001 for e in elsewhere])
+    assert [traded.promise(trial, True) for trial in trials] == pytest.approx([3.0 * e + 0.001 for e in elsewhere])
 
 
 def test_some_settings_only(pool: Executor) -> None:

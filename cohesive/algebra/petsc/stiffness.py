@@ -98,10 +98,10 @@ class PetscStiffness:
             solver = _together("set_up", layout.shares(_processes()))[0]
             self.library = f"PETSc {'.'.join(map(str, petsc().Sys.getVersion()))}, {solver}, {_counted(_processes())}"
         load, row, right = border.forces(border.load), border.forces(border.row), border.forces(right)
-        found = _together("solve", layout.split(values, right, load, _processes()))
-        if found[0] is None:
+        parts = _together("solve", layout.split(values, right, load, _processes()))
+        if parts[0] is None:
             raise NotConverged("the tangent stiffness is singular")
-        both = np.concatenate(found, axis=1)
+        both = np.concatenate(parts, axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):  # Newton's method looks whether the step is finite
             change = (last - row @ both[0]) / (row @ both[1] + border.corner)
         return border.whole(np.append(both[0] + change * both[1], change))
@@ -123,7 +123,7 @@ class Share:
         self._bulk, self._changing = bulk, changing
         rows = (len(start) - 1, size)
         self._matrix = PETSc.Mat().createAIJ((rows, rows), csr=(self._start, self._column, bulk), comm=PETSc.COMM_WORLD)
-        self._right, self._found = self._matrix.createVecs()
+        self._right, self._solution = self._matrix.createVecs()
         self._response = self._right.duplicate()  # to the load: it changes little from one system to the next
         self._response.set(0.0)
         self._is_factored = False
@@ -158,7 +158,7 @@ class Share:
 
     def both(self, right: Array, load: Array, fresh: bool) -> Array | None:
         """Both solutions; None if there is no factor, or a reused one does not do."""
-        for side, solution, guess in ((right, self._found, False), (load, self._response, not fresh)):
+        for side, solution, guess in ((right, self._solution, False), (load, self._response, not fresh)):
             self._right.setArray(side)
             self._krylov.setInitialGuessNonzero(guess)
             self._krylov.solve(self._right, solution)
@@ -170,11 +170,11 @@ class Share:
                 return None
             if reason < 0 and not fresh:
                 return None
-        return np.stack([self._found.getArray(), self._response.getArray()])
+        return np.stack([self._solution.getArray(), self._response.getArray()])
 
     def destroy(self) -> None:
         """Free what PETSc holds."""
-        for item in (self._krylov, self._matrix, self._right, self._found, self._response):
+        for item in (self._krylov, self._matrix, self._right, self._solution, self._response):
             item.destroy()
 
 
@@ -261,10 +261,10 @@ def start() -> None:
     rank, count = rank_and_size()
     if count == 1 or _started:
         return
-    found = _mpi().COMM_WORLD.Get_size(), petsc().COMM_WORLD.getSize()
-    if found != (count, count):
+    sizes = _mpi().COMM_WORLD.Get_size(), petsc().COMM_WORLD.getSize()
+    if sizes != (count, count):
         raise SceneError(
-            f"mpiexec started {count} processes, of which mpi4py sees {found[0]} and PETSc {found[1]}: expected mpiexec, "
+            f"mpiexec started {count} processes, of which mpi4py sees {sizes[0]} and PETSc {sizes[1]}: expected mpiexec, "
             "mpi4py and petsc4py of one MPI library",
             key=_KEY,
         )

@@ -159,8 +159,8 @@ def test_a_users_kinked_row(tmp_path: Path, order: int) -> None:
 @pytest.mark.parametrize("rows", [([(0, 0), (1, 0)], [(2, 1), (3, 1), (4, 1)]), ([(0, 0), (1, 0)], [(3, 1), (3, 2), (3, 3)])])
 def test_two_rows_of_a_user(tmp_path: Path, rows: tuple[list[tuple[int, int]], ...], order: int) -> None:
     mesh = read_band_mesh(squares(tmp_path / "two.inp", 5, 4, [*rows[0], *rows[1]], order), "MIDDLE")
-    found = [(int(x), int(y)) for x, y in centres(mesh)]
-    assert found in ([*rows[0], *rows[1]], [*rows[1], *rows[0]])
+    order = [(int(x), int(y)) for x, y in centres(mesh)]
+    assert order in ([*rows[0], *rows[1]], [*rows[1], *rows[0]])
     band = mesh.cells[-1].data
     joined = (band[1:, [0, 3]] == band[:-1, [1, 2]]).all(axis=1)
     assert len(joined) - joined.sum() == 1

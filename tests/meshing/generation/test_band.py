@@ -271,12 +271,12 @@ def test_points_at_a_notch_that_a_band_opens() -> None:
         outline = meshing.Outline(square, crack, [slit], nodes={"here": [point]})
         return meshing.mesh_band(outline, MeshSizes(2.0, 2.0), 2.0)
 
-    for point, found in (
+    for point, expected in (
         ((9.0, 6.0), [[9.0, 5.0], [9.0, 7.0]]), ((11.0, 6.0), [[11.0, 5.0], [11.0, 7.0]]), ((9.0, 8.0), [[9.0, 8.0]]),
     ):  # fmt: skip
         whole = mesh(point)
         at = whole.points[whole.point_sets["here"]]
-        np.testing.assert_allclose(at[np.argsort(at[:, 1])], found, atol=1e-9)
+        np.testing.assert_allclose(at[np.argsort(at[:, 1])], expected, atol=1e-9)
     with pytest.raises(MeshError, match=r"^here = \(9, 6.5\): it falls into the notch, which band.width = 2 opens to 2 mm"):
         mesh((9.0, 6.5))
     with pytest.raises(MeshError, match=r"^here = \(4, 6.5\): it lies in the band"):

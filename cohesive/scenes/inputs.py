@@ -1,0 +1,360 @@
+"""A scene's tables read in one pass: each by its own keys, then against the others. Every error names its key."""
+
+from __future__ import annotations
+
+import reprlib
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from meshing.errors import MeshError
+from meshing.generation.sizes import MeshSizes
+from meshing.keys import key_of
+from meshing.specimens import SPECIMENS, Specimen
+
+from ..errors import ParameterError, SceneError
+from ..law.concrete import PRESETS, Concrete, with_preset
+from ..solver.columns import Column, columns_of
+from ..solver.stages import Stage
+from .names import check_names, hint, refuse
+from .tables import BandOptions, GrowOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
+
+T = typing.TypeVar("T")
+
+#: dataclass of each table but [specimen]
+TABLES: dict[str, type] = {
+    "grow": GrowOptions,
+    "mesh": MeshSizes,
+    "material": Concrete,
+    "interface": InterfaceOptions,
+    "model": ModelOptions,
+    "band": BandOptions,
+    "stage": Stage,
+    "solver": SolverOptions,
+    "reference": ReferenceOptions,
+    "output": OutputOptions,
+}
+
+#: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
+ELEMENTS_IN_ZONE, COARSENING = 15, 8.0
+
+#: value of `specimen.crack` with which the path is found
+GROW = "grow"
+
+#: numbers beyond it are no lengths, forces or counts, and their squares overflow; NaN compares false as well
+_LARGEST = 1e100
+
+_KINDS = {float: "a finite number", int: "a whole number", str: "a string", bool: "true or false"}
+
+#: keys of earlier versions, and what takes their place
+_RENAMED = {
+    "solver.reduction": "solver.condensation = 'auto', 'always', 'never' or 'petsc'",
+    "solver.largest_step": "solver.step_growth",
+    "solver.tangent": "run(scene, tangent='secant') in Python",
+    "band.shear_scaling": "material.shear_scaling",
+    "band.tol": "none: the local iteration always converges to 1e-11 of ft",
+    "stage.ratio": "stage.angle, the arc tangent of shear over normal motion in degrees",
+}
+#: kinds of specimens of earlier versions
+_RENAMED_KINDS = {
+    "notched-beam-3d": "specimen.kind = 'notched-beam' and model.dimension = 3",
+    "push-off-3d": "specimen.kind = 'push-off' and model.dimension = 3",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """What a scene says, checked.
+
+    Attributes
+    ----------
+    title, kind, specimen, material, interface, model, band, solver, output : its tables
+    sizes : of the elements, those that follow by rule among them; None with a user mesh
+    reference, grow : None if the scene names no measured curve, looks for no path
+    stages : tuple of Stage
+    columns : of the history, as far as its keys tell
+    """
+
+    title: str
+    kind: str
+    specimen: Specimen
+    material: Concrete
+    sizes: MeshSizes | None
+    interface: InterfaceOptions
+    model: ModelOptions
+    band: BandOptions
+    solver: SolverOptions
+    output: OutputOptions
+    reference: ReferenceOptions | None
+    grow: GrowOptions | None
+    stages: tuple[Stage, ...]
+    columns: tuple[Column, ...]
+
+    @property
+    def dimension(self) -> int:
+        """Dimension in which a sized specimen is modelled."""
+        return self.model.dimension or min(self.specimen.dimensions, default=2)
+
+    @property
+    def is_solid(self) -> bool:
+        """Whether a sized specimen is modelled in 3D."""
+        return self.dimension == 3
+
+    @property
+    def is_extruded(self) -> bool:
+        """Whether a 2D specimen is extruded over its thickness."""
+        return self.is_solid and 2 in self.specimen.dimensions
+
+    @property
+    def crack_length(self) -> float:
+        """Length of the crack path of a sized specimen, mm; that of a crack without one is the root of its area. SceneError
+        for a specimen that brings its own mesh, as for `crack_area` and `band_width`."""
+        return known(self.kind, "the length of its crack", _path_length(self.specimen))
+
+    @property
+    def crack_area(self) -> float:
+        """Area of the crack of a sized specimen, mm^2."""
+        return known(self.kind, "the area of its crack", self.specimen.crack_area)
+
+    @property
+    def band_width(self) -> float:
+        """Width of the band along the path of a sized specimen, mm: the crack size, if the scene names none."""
+        sizes = known(self.kind, "the width of its band", self.sizes)
+        return sizes.crack_size if self.band.width is None else self.band.width
+
+
+def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
+    """The tables of a scene.
+
+    Parameters
+    ----------
+    data : dict with the keys of the TOML file
+    find : the place of a file that the scene names
+
+    Raises
+    ------
+    SceneError
+        Naming the key that is missing, unknown, of the wrong type or out of range.
+    """
+    check_known("", data, ("title", "specimen", *TABLES))
+    title = data.get("title", "untitled")
+    if not isinstance(title, str):
+        raise refuse("title", title, "a string")
+    kind, specimen = _specimen(data)
+    specimen = specimen.located(find)
+    material = _material(data)
+    inputs = Inputs(
+        title,
+        kind,
+        specimen,
+        material,
+        _sizes(data, kind, specimen, material),
+        build_table(InterfaceOptions, table_of(data, "interface"), "interface"),
+        build_table(ModelOptions, table_of(data, "model"), "model"),
+        build_table(BandOptions, table_of(data, "band"), "band"),
+        build_table(SolverOptions, table_of(data, "solver"), "solver"),
+        build_table(OutputOptions, table_of(data, "output"), "output"),
+        build_table(ReferenceOptions, table_of(data, "reference"), "reference") if "reference" in data else None,
+        _grow(data, specimen),
+        _stages(data),
+        columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces())),
+    )
+    for name in [] if inputs.reference is None else inputs.reference.files:
+        _check_file(name, find)
+    _check_model(inputs)
+    check_names(kind, list(specimen.gauges()), inputs.stages, inputs.output.curve, inputs.columns)
+    return inputs
+
+
+def _specimen(data: Mapping[str, Any]) -> tuple[str, Specimen]:
+    """Kind and specimen."""
+    table = table_of(data, "specimen", required=True)
+    kind = table.pop("kind", None)
+    names = ", ".join(SPECIMENS)
+    if kind is None:
+        raise SceneError.at("specimen.kind", f" is missing: expected one of {names}")
+    if isinstance(kind, str) and kind in _RENAMED_KINDS:
+        raise refuse("specimen.kind", kind, _RENAMED_KINDS[kind])
+    if not isinstance(kind, str) or kind not in SPECIMENS:
+        raise refuse("specimen.kind", kind, f"one of {names}{hint(kind, SPECIMENS)}")
+    if table.get("crack") == GROW and SPECIMENS[kind].has_outline:  # it has its default path until another is found
+        del table["crack"]
+    return kind, build_table(SPECIMENS[kind], table, "specimen")
+
+
+def _material(data: Mapping[str, Any]) -> Concrete:
+    table = table_of(data, "material", required=True)
+    preset = table.pop("preset", None)
+    if preset is not None:
+        if not isinstance(preset, str) or preset not in PRESETS:
+            raise refuse("material.preset", preset, f"one of {', '.join(PRESETS)}")
+        try:
+            table = with_preset(preset, table)
+        except ParameterError as error:  # of a softening that is none
+            raise SceneError(f"material.{error}", f"material.{error.key}") from None
+    return build_table(Concrete, table, "material")
+
+
+def _sizes(data: Mapping[str, Any], kind: str, specimen: Specimen, material: Concrete) -> MeshSizes | None:
+    """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
+    if not specimen.is_sized:
+        if "mesh" in data:
+            raise SceneError.at("mesh", f": a specimen of kind '{kind}' brings its own mesh; expected no [mesh] table")
+        return None
+    table = table_of(data, "mesh")
+    if "crack_size" not in table:
+        length = known(kind, "the length of its crack", _path_length(specimen))
+        along, zone = length / specimen.elements_along, material.zone_length
+        table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
+    if "far_size" not in table and is_a(table["crack_size"], float):
+        table["far_size"] = COARSENING * table["crack_size"]
+    return build_table(MeshSizes, table, "mesh")
+
+
+def known(kind: str, what: str, value: T | None) -> T:
+    """A value that the keys of a specimen tell; SceneError if they do not."""
+    if value is None:
+        raise SceneError.at(
+            "specimen.kind",
+            f" = '{kind}': {what} is not known before its mesh is read; expected a kind without a file, "
+            "or the result of a run (result.model)",
+        )
+    return value
+
+
+def _path_length(specimen: Specimen) -> float | None:
+    try:
+        return specimen.path_length
+    except MeshError as error:
+        raise SceneError(f"specimen.{error}", f"specimen.{error.key}") from None
+
+
+def _grow(data: Mapping[str, Any], specimen: Specimen) -> GrowOptions | None:
+    """[grow], if the crack path is to be found."""
+    if data["specimen"].get("crack") == GROW and specimen.has_outline:
+        return build_table(GrowOptions, table_of(data, "grow"), "grow")
+    if "grow" in data:
+        raise SceneError.at("grow", ": no path is looked for; expected specimen.crack = 'grow' or no such table")
+    return None
+
+
+def _stages(data: Mapping[str, Any]) -> tuple[Stage, ...]:
+    stages = data.get("stage")
+    if not isinstance(stages, list) or not stages or not all(isinstance(entry, dict) for entry in stages):
+        raise SceneError.at("stage", " is missing or not a list of tables: expected at least one [[stage]]")
+    return tuple(build_table(Stage, entry, f"stage.{i}") for i, entry in enumerate(stages))
+
+
+def _check_file(name: str, find: Callable[[str], Path]) -> None:
+    """Refuse a name of no regular file."""
+    try:
+        path = find(name)
+        if path.is_file():
+            return
+        what = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
+    except (OSError, ValueError):  # too long a name, or one with a null character
+        what = "that can be no name of a file"
+    raise SceneError.at("reference.file", f" = {reprlib.repr(name)}: {what}")
+
+
+def _check_model(inputs: Inputs) -> None:
+    """Refuse models that the specimen does not have."""
+    model, specimen, dimensions = inputs.model, inputs.specimen, inputs.specimen.dimensions
+    if model.dimension is not None and model.dimension not in dimensions:
+        what = f"{' or '.join(map(str, dimensions))} with a {inputs.kind}" if dimensions else "no such key, the mesh tells"
+        raise refuse("model.dimension", model.dimension, what)
+    if dimensions == (3,) and model.plane == "strain":
+        raise SceneError.at("model.plane", f" = 'strain': a {inputs.kind} is no plane body; expected no such key")
+    if inputs.band.width is not None and (inputs.sizes is None or inputs.band.where == "everywhere"):
+        what = "a user mesh" if inputs.sizes is None else "band.where = 'everywhere'"
+        raise SceneError.at("band.width", f" = {inputs.band.width:g}: with {what} the elements give it; expected no width")
+    if inputs.sizes is not None and model.kind == "smeared" and inputs.band.where == "path":
+        try:
+            specimen.check_band(inputs.sizes, dimension=inputs.dimension)
+        except MeshError as error:
+            raise SceneError(str(error), error.key) from None
+    if model.half and model.kind == "smeared":
+        raise SceneError.at(
+            "model.half", " = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
+        )
+    if model.half and specimen.symmetry() is None:
+        raise SceneError.at(
+            "model.half",
+            f" = true: this {inputs.kind} is not symmetric about its crack; expected false, or a symmetric "
+            "specimen with its notch in the middle and the default crack path",
+        )
+    if inputs.grow is not None:
+        key = "specimen.crack"
+        if inputs.dimension == 3:
+            raise SceneError.at(key, f" = '{GROW}': paths are found in the plane only; expected model.dimension = 2")
+        if model.half:
+            raise SceneError.at(key, f" = '{GROW}': a path may leave the plane of symmetry; expected model.half = false")
+        if not specimen.starts and not inputs.grow.starts:
+            raise SceneError.at(key, f" = '{GROW}': this {inputs.kind} has no notch; expected grow.starts")
+
+
+def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:
+    """An instance of a dataclass from a table.
+
+    Raises
+    ------
+    SceneError
+        Naming the key that is missing, unknown, of the wrong type or out of range.
+    """
+    known = {key_of(each): each for each in fields(cls)}  # type: ignore[arg-type]
+    check_known(prefix + ".", table, known)
+    for name, each in known.items():
+        if each.default is MISSING and each.default_factory is MISSING and name not in table:
+            raise SceneError.at(f"{prefix}.{name}", " is missing")
+    hints = typing.get_type_hints(cls)
+    for name, value in table.items():
+        allowed = alternatives(hints[known[name].name])
+        if not any(is_a(value, kind) for kind in allowed):
+            raise refuse(f"{prefix}.{name}", value, " or ".join(_KINDS[kind] for kind in allowed if kind in _KINDS))
+    try:
+        return cls(**{known[name].name: value for name, value in table.items()})
+    except (MeshError, ParameterError) as error:
+        raise SceneError(f"{prefix}.{error}", f"{prefix}.{error.key}") from None
+    except ValueError as error:  # of a specimen of the user's
+        raise SceneError(f"{prefix}.{error}", prefix) from None
+
+
+def alternatives(hint: Any) -> tuple[Any, ...]:
+    """The types that a hint allows."""
+    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+
+
+def is_a(value: Any, kind: Any) -> bool:
+    """Whether a value of TOML is of a type that a key asks for."""
+    if kind is float:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < _LARGEST
+    if kind is int:
+        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST
+    if kind in (str, bool):
+        return isinstance(value, kind)
+    return kind is not type(None) or value is None  # the class checks lists and tables itself
+
+
+def table_of(data: Mapping[str, Any], name: str, required: bool = False) -> dict[str, Any]:
+    """A copy of a table of the scene; empty if it has none."""
+    table = data.get(name, {})
+    if not isinstance(table, dict):
+        raise SceneError.at(name, f" = {table!r}: expected a table [{name}]")
+    if required and name not in data:
+        raise SceneError(f"[{name}] is missing", name)
+    return dict(table)
+
+
+def check_known(prefix: str, table: Mapping[str, Any], names: Iterable[str]) -> None:
+    """Refuse an unknown key, with the one that was meant."""
+    names = list(names)
+    for key in table:
+        if key in names:
+            continue
+        old = f"{prefix.split('.')[0]}.{key}"
+        if old in _RENAMED:
+            raise SceneError.at(f"{prefix}{key}", f": this key is gone; expected {_RENAMED[old]}")
+        raise SceneError.at(f"{prefix}{key}", f": unknown key{hint(key, names)}; expected one of {', '.join(names)}")
