@@ -42,8 +42,9 @@ Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def add_set(parser: argparse.ArgumentParser, meaning: str) -> None:
-    """The changes of keys."""
+    """The changes of keys, and the consent to scripts."""
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=meaning)
+    parser.add_argument("--run-scripts", action="store_true", help="run .geo files that are more than a shape: programs")
 
 
 def add_scene(parser: argparse.ArgumentParser, default: str, example: str, may_lack: bool = False) -> None:
@@ -63,7 +64,7 @@ def load_scene(options: argparse.Namespace) -> Scene:
     """The scene of a command line with its changes."""
     if options.scene is None:
         raise SceneError("no scene: expected SCENE, a TOML file or the name of a built-in scene, or --resume DIR")
-    return Scene.load(options.scene).with_(**assignments(options.set))
+    return Scene.load(options.scene, options.run_scripts).with_(**assignments(options.set))
 
 
 #: numbers as people write them, which TOML does not know: .5, 5. or 007

@@ -41,13 +41,13 @@ def add_parser(commands: Commands) -> None:
 def _execute(options: argparse.Namespace) -> int:
     from ..measured.evaluation import evaluate
 
-    curves, values = _curves(options.source, assignments(options.set))
+    curves, values = _curves(options.source, assignments(options.set), options.run_scripts)
     for curve in curves:
         print(evaluate(curve, options.standard, values).summary())
     return 0
 
 
-def _curves(source: str, given: dict[str, Any]) -> tuple[Sequence[Measured], dict[str, Any]]:
+def _curves(source: str, given: dict[str, Any], run_scripts: bool) -> tuple[Sequence[Measured], dict[str, Any]]:
     """The measured curves, and what is known of the beam."""
     from ..measured.evaluation import beam_of
 
@@ -55,7 +55,7 @@ def _curves(source: str, given: dict[str, Any]) -> tuple[Sequence[Measured], dic
     others = {key: value for key, value in given.items() if key not in _OWN}
     path = Path(source)
     if path.suffix == ".toml" or not path.is_file():
-        scene = Scene.load(source).with_(**others)
+        scene = Scene.load(source, run_scripts).with_(**others)
         reference = load_reference(scene)
         if reference is None:
             raise SceneError(f"reference is missing in {source}: expected a measured curve", "reference")

@@ -32,7 +32,7 @@ def _execute(options: argparse.Namespace) -> int:
     from ..explore.server import ExploreServer
     from ..scenes.scene import Scene
 
-    explorer = Explorer(Scene.load(options.scene).with_(**assignments(options.set)))
+    explorer = Explorer(Scene.load(options.scene, options.run_scripts).with_(**assignments(options.set)))
     if error := explorer.answer({}).get("error"):
         raise SceneError(f"explore {options.scene}: {error}")
     try:

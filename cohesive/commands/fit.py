@@ -43,7 +43,7 @@ def _execute(options: argparse.Namespace) -> int:
     from ..fitting.export import EXPORTS
     from ..fitting.fit import fit
 
-    scenes = [Scene.load(source).with_(**assignments(options.set)) for source in options.scenes]
+    scenes = [Scene.load(source, options.run_scripts).with_(**assignments(options.set)) for source in options.scenes]
     folder = Path(options.output or f"{Path(options.scenes[0]).stem}-fit")
     make_folder(folder)  # refused now, not after the fit
     vary = {key: bounds for key, bounds in map(_bounds, options.vary)}

@@ -126,6 +126,17 @@ class Inputs:
         return sizes.crack_size if self.band.width is None else self.band.width
 
 
+def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
+    """The dict of a scene with what its specimen's script says in place of the script."""
+    table = data.get("specimen")
+    if not isinstance(table, dict) or not isinstance(kind := table.get("kind"), str) or kind not in SPECIMENS:
+        return data  # which is refused by its keys
+    try:
+        return data | {"specimen": SPECIMENS[kind].without_script(table, find, run_scripts)}
+    except MeshError as error:
+        raise SceneError(f"specimen.{error}", f"specimen.{error.key}") from None
+
+
 def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
     """The tables of a scene.
 

@@ -16,7 +16,7 @@ import tomli_w
 from meshing.paths import Line
 
 from ..errors import SceneError
-from .inputs import Inputs, known, read_inputs
+from .inputs import Inputs, known, read_inputs, without_script
 from .names import hint
 
 #: levels of tables and lists, bits of a whole number, and digits of an index into a list, that a scene may have
@@ -34,6 +34,8 @@ class Scene(Inputs):
     ----------
     data : mapping
     folder : where the files that the scene names are looked for.
+    run_scripts : whether a .geo file may do more than describe a shape. It is a program: say so of what you trust only. It is
+        read once, here; `data` has what it says in its place.
 
     Raises
     ------
@@ -55,11 +57,11 @@ class Scene(Inputs):
 
     _is_made = False
 
-    def __init__(self, data: Mapping[str, Any], folder: str | Path = ".") -> None:
+    def __init__(self, data: Mapping[str, Any], folder: str | Path = ".", run_scripts: bool = False) -> None:
         if not isinstance(data, Mapping):
             raise SceneError(f"Scene({data!r}): expected a dict with the tables of a scene; Scene.load(name) reads files")
-        self._data: dict[str, Any] = _plain(data)
         self.folder = Path(folder)
+        self._data: dict[str, Any] = without_script(_plain(data), self.file, run_scripts)
         self.__dict__ |= vars(read_inputs(self._data, self.file))
         self._is_made = True
 
@@ -70,7 +72,7 @@ class Scene(Inputs):
 
     @property
     def data(self) -> dict[str, Any]:
-        """The nested dict as given, each time a copy."""
+        """The nested dict as given, each time a copy; corners, edges and points in place of a .geo file."""
         return copy.deepcopy(self._data)
 
     def given(self, key: str) -> Any:
@@ -97,8 +99,12 @@ class Scene(Inputs):
         return Scene(data | {"specimen": data["specimen"] | {"crack": crack}}, self.folder)
 
     @classmethod
-    def load(cls, source: str | Path) -> Scene:
+    def load(cls, source: str | Path, run_scripts: bool = False) -> Scene:
         """A scene from a TOML file, or a built-in one by name (see `built_in`).
+
+        Parameters
+        ----------
+        run_scripts : see `Scene`
 
         Raises
         ------
@@ -126,7 +132,7 @@ class Scene(Inputs):
             raise SceneError(f"scene '{source}': cannot be read: {error.strerror}") from None
         except (ValueError, RecursionError) as error:  # besides those of the syntax: no UTF-8, thousands of digits or levels
             raise SceneError(f"scene '{source}': not valid TOML: {error}") from None
-        return cls(data, path.parent)
+        return cls(data, path.parent, run_scripts)
 
     def with_(self, **changes: Any) -> Scene:
         """A copy with some dotted keys changed, `scene.with_(**{"material.Gf": 0.07, "stage.0.to": 0.1})`.

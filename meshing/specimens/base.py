@@ -239,6 +239,17 @@ class Specimen(ABC):
         """What holds a 2D specimen along its thickness when it is extruded, in plane "strain" or "stress"."""
         return []
 
+    @classmethod
+    def without_script(cls, table: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
+        """The keys of a specimen with what a script says in place of the script, which is never read again.
+
+        Parameters
+        ----------
+        find : the place of a file that the keys name
+        run_scripts : whether a script may do more than describe a shape, see `meshing.files.geo`
+        """
+        return table
+
     def located(self, find: Callable[[str], Path]) -> Specimen:
         """The same specimen, the files that it names found."""
         return self

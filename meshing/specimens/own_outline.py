@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -38,6 +39,7 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
         None,
     )
     edges_: Any = key("{name = [[x, y], [x, y]]}: straight parts of the outline that are locations", None)
+    points_: Any = key("{name = [[x, y], ...]}: points of the body that are locations and become nodes", None)
     notches: Any = key(
         "polyline, or list of polylines, of notches without width; cracks grow from their ends in the body", None
     )
@@ -61,18 +63,27 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
             raise MeshError.at("corners", ", file: expected one of these keys")
         self.read_setup()
         object.__setattr__(self, "notches", [] if self.notches is None else _lines("notches", self.notches))
-        object.__setattr__(self, "edges_", _edges(self.edges_))
-        shape = None
-        if self.corners is not None:
-            (corners,) = _lines("corners", [self.corners])
-            shape = Outline(_counter_clockwise(corners), [])
-        object.__setattr__(self, "shape", shape)
+        object.__setattr__(self, "edges_", _named_lines("edges", self.edges_))
+        object.__setattr__(self, "points_", _named_points(self.points_))
+        if self.corners is None:
+            raise MeshError.at("file", f" = {self.file!r}: a scene reads it; expected corners")
+        (corners,) = _lines("corners", [self.corners])
+        object.__setattr__(self, "shape", Outline(_counter_clockwise(corners), []))
 
-    def located(self, find: Callable[[str], Path]) -> OwnOutline:
-        """The same specimen, its file read."""
-        if self.file is not None:
-            object.__setattr__(self, "shape", read_outline(find(self.file)))
-        return self
+    @classmethod
+    def without_script(cls, table: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
+        """Corners, edges and points in place of a .geo file."""
+        file, edges, points = table.get("file"), table.get("edges") or {}, table.get("points") or {}
+        are_tables = isinstance(edges, dict) and isinstance(points, dict)
+        if not isinstance(file, str) or table.get("corners") is not None or not are_tables:
+            return table  # which is refused, if it does not do, by its keys
+        shape = read_outline(find(file), run_scripts)
+        stated = {
+            "corners": _plain(shape.corners),
+            "edges": {name: _plain(line) for name, line in shape.edges.items()} | edges,
+            "points": {name: _plain(at) for name, at in shape.nodes.items()} | points,
+        }
+        return {key: value for key, value in table.items() if key != "file"} | {k: v for k, v in stated.items() if v}
 
     @property
     def paths(self) -> list[Line]:
@@ -106,12 +117,12 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
     def outline(self, half: bool = False) -> Outline:
         """The geometry."""
         shape = self._outline()
-        named = {*shape.edges, *self.edges_, *shape.nodes}
+        named = {*self.edges_, *self.points_}
         points = [at for at in self._locations() if not isinstance(at, str)]
         if unknown := sorted({at for at in self._locations() if isinstance(at, str)} - named):
             raise MeshError(f"at = '{unknown[0]}': expected one of {', '.join(sorted(named)) or 'edges'}, or a point", "edges")
-        nodes = {**shape.nodes, "points": [(float(p[0]), float(p[1])) for p in points]}
-        return replace(shape, crack=self.paths, slits=self.notches, nodes=nodes, edges={**shape.edges, **self.edges_})
+        nodes = {**self.points_, "points": [(float(p[0]), float(p[1])) for p in points]}
+        return replace(shape, crack=self.paths, slits=self.notches, nodes=nodes, edges=self.edges_)
 
     def _outline(self) -> Outline:
         """Of the body alone."""
@@ -155,13 +166,28 @@ def _lines(name: str, value: Any) -> list[Line]:
     return lines
 
 
-def _edges(value: Any) -> dict[str, Line]:
+def _named_lines(name: str, value: Any) -> dict[str, Line]:
     """{name = [[x, y], [x, y]]}"""
     if value is None:
         return {}
     if not isinstance(value, Mapping):
-        raise MeshError.at("edges", f" = {value!r}: expected {{name = [[x, y], [x, y]]}}")
-    return {name: _lines(f"edges.{name}", [line])[0] for name, line in value.items()}
+        raise MeshError.at(name, f" = {value!r}: expected {{name = [[x, y], [x, y]]}}")
+    return {own: _lines(f"{name}.{own}", [line])[0] for own, line in value.items()}
+
+
+def _named_points(value: Any) -> dict[str, Line]:
+    """{name = [[x, y], ...]}"""
+    try:
+        points: dict[str, Line] = {name: [(float(x), float(y)) for x, y in at] for name, at in (value or {}).items()}
+    except (AttributeError, TypeError, ValueError):
+        points = {"": [(math.nan, math.nan)]}
+    if not all(at and all(map(math.isfinite, chain.from_iterable(at))) for at in points.values()):
+        raise MeshError.at("points", f" = {value!r}: expected {{name = [[x, y], ...]}}")
+    return points
+
+
+def _plain(points: Sequence[Point]) -> list[list[float]]:
+    return [[float(x), float(y)] for x, y in points]
 
 
 def _counter_clockwise(corners: Sequence[Point]) -> Line:

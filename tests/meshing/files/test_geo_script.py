@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from cohesive import Scene, SceneError, run
+from cohesive.commands.command_line import main
 from meshing import MeshError
 from meshing.files.geo import read_outline
 from meshing.files.geo_script import Refused, harmless
@@ -114,3 +116,70 @@ def test_the_line_is_that_of_the_statement() -> None:
     with pytest.raises(Refused) as refused:
         harmless("x = 1;\n\n/* \n */ Exit;")
     assert refused.value.line == 4
+
+
+#: a scene on the plate, pulled up at its top
+SCENE = """
+[specimen]
+kind = "outline"
+file = "plate.geo"
+thickness = 10.0
+crack = [[[0.0, 1.5], [4.0, 1.5]]]
+supports = [{at = "base", direction = [0, 1]}, {at = "corner", direction = [1, 0]}]
+drive = {at = [2.0, 3.0], direction = [0, 1]}
+[mesh]
+crack_size = 1.0
+[material]
+E = 30000.0
+nu = 0.2
+ft = 3.0
+Gf = 0.1
+[[stage]]
+control = "driven"
+to = 0.0001
+steps = 1
+"""
+NAMED = PLATE + 'Physical Point("corner") = {1};'
+
+
+def folder_with(path: Path, script: str) -> Path:
+    (path / "plate.geo").write_text(script)
+    (path / "plate.toml").write_text(SCENE)
+    return path / "plate.toml"
+
+
+@pytest.mark.parametrize("command", ["show", "run", "compare", "sweep", "explore"])
+def test_no_command_runs_a_script_unasked(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    canary = tmp_path / "canary"
+    source = folder_with(tmp_path, NAMED + f'SystemCall "touch {canary}";')
+    more = ["--vary", "material.ft=2:3:2"] if command == "sweep" else []
+    assert main([command, str(source), *more]) == 2
+    assert "line 5, 'SystemCall" in capsys.readouterr().err
+    assert not canary.exists()
+
+
+def test_consent_is_not_inherited(tmp_path: Path) -> None:
+    """Read once: copies, saved scenes and results carry the shape, and the script may be gone."""
+    count = tmp_path / "count"
+    source = folder_with(tmp_path, NAMED + f'Printf("run") >> "{count}";\n')
+    with pytest.raises(SceneError, match=r"^specimen.file = .*--run-scripts"):
+        Scene.load(source)
+    scene = Scene.load(source, run_scripts=True)
+    assert count.read_text().split() == ["run"]
+    (tmp_path / "plate.geo").unlink()
+    assert "file" not in scene.data["specimen"] and scene.data["specimen"]["points"] == {"corner": [[0.0, 0.0]]}
+    result = run(scene.with_(title="again"))
+    result.save(tmp_path / "out")
+    again = Scene.load(tmp_path / "out" / "scene.toml")
+    assert again.data["specimen"] == scene.data["specimen"]
+    assert main(["report", str(tmp_path / "out")]) == 0
+    assert count.read_text().split() == ["run"]
+    assert main(["run", str(source), "-o", str(tmp_path / "more"), "--run-scripts"]) == 2  # the script is gone
+
+
+def test_corners_and_a_script_say_the_same(tmp_path: Path) -> None:
+    (tmp_path / "mesh").mkdir()
+    by_script = Scene.load(folder_with(tmp_path, NAMED))
+    by_hand = Scene(by_script.data)
+    assert by_hand.data == by_script.data
+    assert run(by_hand).peak_load == run(by_script).peak_load > 0
