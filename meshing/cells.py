@@ -44,6 +44,8 @@ class CellType:
     density : of a bulk cell, nodes for each square or cube of the element size: from meshes; the least would be 1.15 corners
         of triangles.
     gmsh : element number of gmsh, if the node orders agree.
+    abaqus : how its element types in files of Abaqus begin, what follows being how they are integrated; the last ones of those
+        that meshio writes for any plane element.
     """
 
     dimension: int
@@ -60,6 +62,7 @@ class CellType:
     collapsed: Row = ()
     density: float = 0.0
     gmsh: int | None = None
+    abaqus: tuple[str, ...] = ()
 
     @property
     def facets(self) -> tuple[Row, ...]:
@@ -91,8 +94,8 @@ class CellType:
 #: by the name of meshio
 CELLS: dict[str, CellType] = {
     #   0 --2-- 1
-    "line": CellType(dimension=1, n_corners=2, gmsh=1),
-    "line3": CellType(dimension=1, n_corners=2, gmsh=8),
+    "line": CellType(dimension=1, n_corners=2, gmsh=1, abaqus=("T2D2", "T3D2", "B21", "B31")),
+    "line3": CellType(dimension=1, n_corners=2, gmsh=8, abaqus=("T2D3", "T3D3", "B22", "B32", "B33")),
     #   2
     #   | \
     #   5   4
@@ -110,6 +113,7 @@ CELLS: dict[str, CellType] = {
         collapsed=(0, 1, 2, 2),
         density=1.25,
         gmsh=2,
+        abaqus=("CPS3", "CPE3", "S3", "STRI3", "M3D3", "SFM3D3", "R3D3"),
     ),
     "triangle6": CellType(
         dimension=2,
@@ -121,6 +125,7 @@ CELLS: dict[str, CellType] = {
         collapsed=(0, 1, 2, 2),
         density=5.0,
         gmsh=9,
+        abaqus=("CPS6", "CPE6", "S6", "STRI65", "M3D6", "SFM3D6"),
     ),
     #   3 --6-- 2          as a crack cell
     #   |       |          a+ -mid+- b+
@@ -139,6 +144,7 @@ CELLS: dict[str, CellType] = {
         children=((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3)),
         density=1.5,
         gmsh=3,
+        abaqus=("CPS4", "CPE4", "S4", "M3D4", "SFM3D4", "CAX4P"),
     ),
     "quad8": CellType(
         dimension=2,
@@ -150,6 +156,7 @@ CELLS: dict[str, CellType] = {
         crack_columns=(0, 1, 4, 3, 2, 1, 5, 3),
         density=4.5,
         gmsh=16,
+        abaqus=("CPS8", "CPE8", "S8", "M3D8", "SFM3D8"),
     ),
     # quad8 with a node in the middle; on crack surfaces in files only
     "quad9": CellType(dimension=2, n_corners=4, gmsh=10),
@@ -175,6 +182,7 @@ CELLS: dict[str, CellType] = {
         collapsed=(0, 1, 2, 2, 3, 3, 3, 3),
         density=1.4,
         gmsh=4,
+        abaqus=("C3D4",),
     ),
     "tetra10": CellType(  # gmsh has nodes 8 and 9 the other way round
         dimension=3,
@@ -187,6 +195,7 @@ CELLS: dict[str, CellType] = {
         crack_cell="wedge15",
         collapsed=(0, 1, 2, 2, 3, 3, 3, 3),
         density=10.0,
+        abaqus=("C3D10",),
     ),
     #       7 ------- 6
     #      /|        /|    as a crack cell: 0 1 2 3 the minus side, 4 5 6 7 the plus side
@@ -205,6 +214,7 @@ CELLS: dict[str, CellType] = {
         crack_cell="hexahedron",
         crack_columns=(0, 1, 2, 3, 4, 5, 6, 7),
         gmsh=5,
+        abaqus=("C3D8",),
     ),
     #     3 --11-- 5
     #     |\      /|

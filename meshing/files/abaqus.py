@@ -11,18 +11,11 @@ import meshio
 import numpy as np
 
 from ..arrays import Index
+from ..cells import CELLS
 from ..errors import MeshError
 
 #: meshio's name by the beginning of an element type; what may follow says how it is integrated
-_TYPES = {
-    "CPS3": "triangle", "CPE3": "triangle", "CPS4": "quad", "CPE4": "quad", "CPS6": "triangle6", "CPE6": "triangle6",
-    "CPS8": "quad8", "CPE8": "quad8", "C3D4": "tetra", "C3D10": "tetra10", "C3D8": "hexahedron",
-    "T2D2": "line", "T3D2": "line", "B21": "line", "B31": "line", "T2D3": "line3", "T3D3": "line3", "B22": "line3",
-    "B32": "line3", "S3": "triangle", "S4": "quad", "S6": "triangle6", "S8": "quad8", "STRI3": "triangle",
-    "STRI65": "triangle6", "M3D3": "triangle", "M3D4": "quad", "M3D6": "triangle6", "M3D8": "quad8",
-    "CAX4P": "quad", "R3D3": "triangle", "B33": "line3",  # as meshio writes plane elements
-    "SFM3D3": "triangle", "SFM3D4": "quad", "SFM3D6": "triangle6", "SFM3D8": "quad8",
-}  # fmt: skip
+_TYPES = {begin: name for name, cell in CELLS.items() for begin in cell.abaqus}
 _FORMULATION = re.compile(r"[RIHMS5]*")
 
 #: keywords that say where nodes are in a way that is not read here
