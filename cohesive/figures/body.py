@@ -16,6 +16,7 @@ from meshing.cells import CELLS
 from ..arrays import Array, Index
 from ..elements.rotations import major_stress
 from ..results.fields import Frame, Planes, magnification
+from ..results.measures import label_of
 from .cells import corners_of, fill_cells
 from .drawing import new_figure, save, set_title
 from .solid import draw_body, draw_crack, frame_body, seen_ratio, solid_axes
@@ -97,7 +98,7 @@ def _draw_plane(axes: Axes, data: RunData, row: int) -> None:
     axes.set_title(_words(data, row, factor, ", " if is_wide else "\n"), fontsize="medium" if is_wide else "small")
     figure = axes.figure
     assert figure is not None
-    figure.colorbar(body, ax=axes, label=_STRESS, shrink=0.9, extend="both")
+    figure.colorbar(body, ax=axes, label=_STRESS.replace("principal ", "principal\n"), shrink=0.9, extend="both")
 
 
 def _solid_figure(data: RunData, rows: list[int]) -> Figure:
@@ -143,8 +144,8 @@ def _words(data: RunData, row: int, factor: float, between: str = ", ") -> str:
     row = row % len(data.history["load"])
     names = [name for name, at in (("peak", data.peak_row), ("last step", data.steps)) if at == row]
     which = ", ".join(names) or f"step {row}"
-    opening, load = (float(data.history[name][row]) for name in ("opening", "load"))
-    return f"{which}: {load:.4g} N, opening {opening:.3g} mm{between}displacements x {factor:g}"
+    x, load = (float(data.history[name][row]) for name in (data.controlled, "load"))
+    return f"{which}: {load:.4g} N, {label_of(data, data.controlled)} {x:.3g} mm{between}displacements x {factor:g}"
 
 
 def _limit(faces: Collection, stress: Array) -> None:

@@ -85,6 +85,13 @@ def test_beside_another_gauge_the_opening_is_called_the_mean_jump() -> None:
     assert axes_of(run(short("single-crack").with_(**asked))).get_xlabel() == "opening (mm)"  # there is no other
 
 
+def test_the_title_of_a_deformed_body_names_it() -> None:
+    result = run(short("en-14651"))
+    axes = new_figure(6.4, 4.0).add_subplot()
+    result.plot_deformed(axes, result.peak_row)
+    assert f"N, cmod {result.peak.at:.3g} mm, displacements x" in axes.get_title()
+
+
 def test_tables_and_pictures_of_several_runs_name_it(tmp_path: Path) -> None:
     beam = short("en-14651", **{"band.width": 5.0})
     both = compare(beam)
