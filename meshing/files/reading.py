@@ -22,6 +22,9 @@ from ..errors import MeshError
 from ..paths import Line, as_text
 from .abaqus import read_abaqus
 
+#: coordinates beyond it, mm, are no body's, and their squares overflow
+_FURTHEST = 1e12
+
 #: formats whose reader in meshio does not come to an end if the file is cut short
 _ENDLESS = (".ele", ".node")
 
@@ -133,8 +136,8 @@ def load(path: Path) -> meshio.Mesh:
         raise MeshError.at("file", f" = '{path}': it has {len(mesh.points)} nodes and {elements} elements; expected a mesh")
     _check_numbers(path, mesh)
     points = np.asarray(mesh.points, dtype=float)
-    if not np.isfinite(points).all():
-        raise MeshError.at("file", f" = '{path}': node {int(np.argwhere(~np.isfinite(points))[0, 0])} is not finite")
+    if len(away := np.flatnonzero(~(abs(points) < _FURTHEST).all(axis=1))):
+        raise MeshError.at("file", f" = '{path}': node {away[0]} is not finite, or beyond {_FURTHEST:g}; expected places in mm")
     mesh.points = points
     if is_solid(mesh):
         return mesh
@@ -199,6 +202,10 @@ def _each_once(mesh: meshio.Mesh) -> meshio.Mesh:
 def _check_numbers(path: Path, mesh: meshio.Mesh) -> None:
     """Refuse cells and sets that name what is not there; MeshError."""
     n = len(mesh.points)
+    for block in mesh.cells:
+        count = meshio._mesh.num_nodes_per_cell.get(block.type)
+        if count is not None and np.shape(block.data)[1:] != (count,):
+            raise MeshError.at("file", f" = '{path}': its {block.type} cells do not have {count} nodes; the file is damaged")
     named = [("its cells name", np.ravel(block.data)) for block in mesh.cells if block.data.dtype.kind in "iu"]
     named += [(f"set '{name}' names", np.asarray(nodes, dtype=np.int64)) for name, nodes in mesh.point_sets.items()]
     for what, nodes in named:
