@@ -137,7 +137,7 @@ def load(path: Path) -> meshio.Mesh:
     _check_numbers(path, mesh)
     points = np.asarray(mesh.points, dtype=float)
     if len(away := np.flatnonzero(~(abs(points) < _FURTHEST).all(axis=1))):
-        raise MeshError.at("file", f" = '{path}': node {away[0]} is not finite, or beyond {_FURTHEST:g}; expected places in mm")
+        raise MeshError.at("file", f" = '{path}': node {away[0]} is not finite or beyond {_FURTHEST:g}; expected mm")
     mesh.points = points
     if is_solid(mesh):
         return mesh
