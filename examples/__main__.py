@@ -37,7 +37,7 @@ EXAMPLES = (
     "closure_overshoot",
     "contact_smoothing",
     "as_printed",
-    "mended_contact",
+    "corrected_contact",
     "growing_front",
     "extremes",
 )

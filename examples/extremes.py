@@ -1,13 +1,13 @@
 """How far do the models hold? Seventeen maps of extremes: converged, cut, led on, failed, refused, and why.
 
-Each map drives one quantity through its extremes, in both models, and where faces close also with the mended contact
+Each map drives one quantity through its extremes, in both models, and where faces close also with the corrected contact
 (`material.contact = "potential"`). Every run writes its history while it goes on; a map counts as failed whatever leaves
 no history, or one that is not finite.
 
 Expected: no exception but the named ones. The printed contact fails where it is stiffer than the concrete around it, in a
-crack band that is closed by more than a few MPa and all the more the nearer nu is to 0.5; the mended one does not. A crack
+crack band that is closed by more than a few MPa and all the more the nearer nu is to 0.5; the corrected one does not. A crack
 that snaps back under its platen is followed by its dissipation. Closed loops of opening and shear create or destroy energy
-in the printed form, none in the mended one.
+in the printed form, none in the corrected one.
 
     python -m examples.extremes [-o DIR]
 
@@ -41,7 +41,7 @@ from examples.command import command
 from meshing import MeshError
 
 BOTH = ("discrete", "smeared")
-FOUR = ("discrete", "discrete, mended", "smeared", "smeared, mended")
+FOUR = ("discrete", "discrete, corrected", "smeared", "smeared, corrected")
 COLOURS = {
     "converged": "#7fb77e", "cut": "#d9d26a", "led on": "#e8a857", "failed": "#d16d6a", "refused": "#b9b9b9",
 }  # fmt: skip
@@ -173,7 +173,7 @@ def block(stages: Sequence[dict[str, Any]], **changes: Any) -> Scene:
 def rows(names: Sequence[str], scene: Scene) -> Iterator[tuple[str, Scene]]:
     """The same scene in some of `FOUR`."""
     for name in names:
-        contact = "potential" if name.endswith("mended") else "printed"
+        contact = "potential" if name.endswith("corrected") else "printed"
         yield name, scene.with_(**{"model.kind": name.split(",")[0], "material.contact": contact})
 
 

@@ -118,7 +118,8 @@ def _draw(found: dict[str, Reading], plot: Path) -> None:
     """The best run of each reading over the measured curve, and the rms over the modulus."""
     figure = new_figure(11.0, 4.4)
     curves, moduli = figure.subplots(1, 2, width_ratios=[1.4, 1.0])
-    draw_reference(curves, next(iter(found.values())).result.reference)
+    against, first = next(iter(found.items()))
+    draw_reference(curves, first.result, against)
     for i, (against, each) in enumerate(found.items()):
         h, style = each.result.history, f"C{i}{'-' if i == 0 else '--'}"
         label = f"{READINGS[against]}, E = {each.E / 1e3:.1f} GPa, rms {100 * each.agreement.rms:.1f} %"

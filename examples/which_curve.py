@@ -63,7 +63,8 @@ def _draw(results: dict[str, Result], plot: Path) -> None:
     """Loads over the band, and the curves that made them."""
     figure = new_figure(11.0, 4.4)
     left, right = figure.subplots(1, 2)
-    draw_reference(left, next(iter(results.values())).reference)
+    first = next(iter(results.values()))
+    draw_reference(left, first, first.controlled)
     for i, (name, result) in enumerate(results.items()):
         (ft, Gf), style = BEST[name], {"color": f"C{i}", "linestyle": "-" if i % 2 == 0 else "--"}
         left.plot(

@@ -37,7 +37,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     studies/test_trade.py                    all settings in 2D, those of a beam in 3D, processes
     test_examples.py                         those of seconds: found paths, cycles, accuracy, benchmarks, laboratories
     test_examples_of_the_paper.py            Examples 2 to 4 of the paper
-    test_extremes.py                         maps of extremes, the mended contact
+    test_extremes.py                         maps of extremes, the corrected contact
     test_random_scenes.py                    55 of the 60 small scenes, two that repeat
 
 Marked `slow` are studies of minutes: `pytest -m slow`.

@@ -1,4 +1,4 @@
-"""Extremes: each ends in the way that is named, with its history on disk; and what the mended contact keeps and gains."""
+"""Extremes: each ends in the way that is named, with its history on disk; and what the corrected contact keeps and gains."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cohesive import Result
-from examples import extremes, mended_contact
+from examples import corrected_contact, extremes
 
 #: maps whose runs take seconds even at their ends
 SLOW = (
@@ -37,7 +37,7 @@ def test_extremes_converge_or_say_why(ends: dict[tuple[str, str, str], extremes.
         if end.status in ("failed", "refused", "led on"):
             assert end.reason, (name, row, value)
     failed = {key for key, end in ends.items() if end.status == "failed"}
-    assert not any("mended" in row for _, row, _ in failed)  # no contact of that form has ever stopped a run
+    assert not any("corrected" in row for _, row, _ in failed)  # no contact of that form has ever stopped a run
     assert all(row == "smeared" and "strain" in name for name, row, _ in failed)  # trap of the printed form
     refused = {key for key, end in ends.items() if end.status == "refused"}
     assert {(name, value) for name, _, value in refused} == {
@@ -76,17 +76,17 @@ def test_another_exception_is_passed_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_mended_contact(tmp_path: Path) -> None:
-    numbers = mended_contact.main(size=8.0, plot=tmp_path / "mended.png")
-    for width in mended_contact.WIDTHS:
+def test_corrected_contact(tmp_path: Path) -> None:
+    numbers = corrected_contact.main(size=8.0, plot=tmp_path / "corrected.png")
+    for width in corrected_contact.WIDTHS:
         assert numbers[f"potential, w = {width:g}: stiffness"] < 1.0 < numbers[f"printed, w = {width:g}: stiffness"]
         # the inelastic opening is that of the asperities, whatever the width; 1 % is what damage's own stiffness adds
         assert numbers[f"potential, w = {width:g}: µm at -3 MPa"] == pytest.approx(2.85, rel=0.01)
     assert abs(numbers["potential: loop"]) < 1e-4 < 0.3 < abs(numbers["printed: loop"])
     for name in ("reinhardt-cyclic", "jacobsen-mixed-mode"):
         for what in ("peak", "dissipated"):
-            printed, mended = (numbers[f"{name}, {form}: {what}"] for form in mended_contact.FORMS)
-            assert mended == pytest.approx(printed, rel=1e-3)
-    shear = [numbers[f"jacobsen-mixed-mode, {form}: shear"] for form in mended_contact.FORMS]
+            printed, corrected = (numbers[f"{name}, {form}: {what}"] for form in corrected_contact.FORMS)
+            assert corrected == pytest.approx(printed, rel=1e-3)
+    shear = [numbers[f"jacobsen-mixed-mode, {form}: shear"] for form in corrected_contact.FORMS]
     assert shear[1] == pytest.approx(shear[0], rel=0.01)
-    assert (tmp_path / "mended.png").stat().st_size > 1e4
+    assert (tmp_path / "corrected.png").stat().st_size > 1e4

@@ -183,9 +183,9 @@ class CrackBand:
 
     def is_separated(self, state: BandState) -> bool:
         cracks = state.planes
-        spent = self.plane.with_width(cracks.length).is_fully_softened(cracks.Z)
-        spent &= abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.concrete.ft
-        return len(np.unique(cracks.point[spent])) == len(self.corners)
+        softened = self.plane.with_width(cracks.length).is_fully_softened(cracks.Z)
+        softened &= abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.concrete.ft
+        return len(np.unique(cracks.point[softened])) == len(self.corners)
 
     def energies(self, state: BandState) -> tuple[Array, Array]:
         """Elastic energy of the stress, and what the planes store beyond it: the energy of the undamaged part of

@@ -208,7 +208,7 @@ def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) ->
         moved = rows.history if rates is None else {name: old + by * rates[name] for name, old in rows.history.items()}
         x, y = (np.r_[0.0, moved[name]][first] for name in (against, "load"))
         end = x[-1] if until is None else _end(until, moved, x[-1], against)
-        return np.asarray(Akima1DInterpolator(x, y, extrapolate=True)(np.clip(data.x, x[0], end)))
+        return np.asarray(Akima1DInterpolator(x, y)(np.clip(data.x, x[0], end), extrapolate=True))
 
     load = at(0.0)
     if rates is None:

@@ -277,8 +277,8 @@ def _vertices(cracks: Sequence[Crack], trial: PathTrial) -> list[Vertex]:
             turn, stress = probe.strongest(at_peak, LARGEST_TURN)
             early = probe.heading + turn if probe.is_clear(at_peak, turn, stress) else nan
             is_fixed = crack.fixed_from is not None and i >= crack.fixed_from
-            path, *told = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
-            vertices.append(Vertex(number, x, y, path, told[0], told[1], told[2], opening, load, is_fixed))
+            path, *others = (math.degrees(angle) for angle in (crack.headings[i + 1], criterion, principal, early))
+            vertices.append(Vertex(number, x, y, path, others[0], others[1], others[2], opening, load, is_fixed))
     return vertices
 
 

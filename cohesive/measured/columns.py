@@ -224,13 +224,13 @@ def _said(table: TextTable, x: int, motions: Sequence[str], notes: list[str]) ->
     motion = own[0] if own else next((motion for motion in MOTIONS if _says(title, motion)), None)
     if not table.has_titles:
         motion = "opening"
-    if motion == "opening" and "cmod" in motions and own != ["opening"]:
+    if motion == "opening" and "cmod" in motions:
         motion = "cmod"  # over a notch a gauge measures the opening of the crack mouth
-    elif motion == "opening" and "cmod" in motions:
-        notes.append(
-            f"column {x + 1} ({title}) is taken as the opening, in a run the mean jump of the crack; if its gauge lies over "
-            "the notch, say reference.against = 'cmod'"
-        )
+        if own == ["opening"]:
+            notes.append(
+                f"column {x + 1} ({title}) is taken as cmod, that of the gauge over the notch; if it is the mean jump of the "
+                "crack, say reference.against = 'opening'"
+            )
     if motion == "cmod" and "cmod" not in motions:
         motion = "opening"
     if motion is None or motion not in motions:

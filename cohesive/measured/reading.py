@@ -22,6 +22,9 @@ _STRESSES, _MOTIONS = (0.02, 100.0), (1e-5, 0.1)
 #: set to zero
 _OFFSET, _UNLOADED = 0.25, 0.1
 
+#: secant from 0 to the first row, over the slope from there on, below which a curve does not begin at 0
+_LEADS_BACK = 0.5
+
 #: two gauges of one quantity are no pair if one moves by less than this part of the other
 _DEAD = 0.2
 
@@ -111,7 +114,7 @@ def _measured(
     curve = Measured(path.name, kept, low, None, None, choice.against, x_units[0][0], y_units[0][0], content=content)
     if len(choice.y) == 2:
         curve = replace(curve, y=0.5 * (low + high), low=low, high=high)
-    doubt = _sign(curve) or _scale(curve, crack_area)
+    doubt = _sign(curve) or _scale(curve, crack_area) or _start(curve)
     return replace(curve, notes=(*choice.notes, *notes, *([doubt] if doubt else [])), doubt=doubt)
 
 
@@ -157,6 +160,23 @@ def _sign(curve: Measured) -> str:
         return ""
     turned = f"-{curve.y_unit or 'N'}".removeprefix("--")
     return f"its largest load is {curve.y[peak]:.4g} N, which is negative: reference.y_unit = '{turned}' turns the sign"
+
+
+def _start(curve: Measured) -> str:
+    """One sentence, if a curve begins under load at a place from which its slope does not lead back to 0: its gauge was not
+    set to zero, for a body that softens is stiffer up to there than from there on."""
+    peak = int(abs(curve.y).argmax())
+    load = curve.y * np.sign(curve.y[peak])
+    if not peak or load[0] <= _UNLOADED * load[peak]:
+        return ""  # which `_offset` counts from its first row
+    half = int(np.argmax(load >= 0.5 * (load[0] + load[peak])))
+    slope = (load[half] - load[0]) / (curve.x[half] - curve.x[0])
+    if load[0] >= _LEADS_BACK * slope * curve.x[0] and curve.x[0] >= 0:
+        return ""
+    return (
+        f"its {curve.against} begins at {curve.x[0]:.4g} mm under {100 * load[0] / load[peak]:.2g} % of the largest load, "
+        "from where its slope does not lead back to 0: expected a gauge that was set to zero, or x with that taken off"
+    )
 
 
 def _scale(curve: Measured, crack_area: float | None) -> str:

@@ -17,14 +17,16 @@ _JUMPS = {"opening": "mean jump", "sliding": "mean sliding"}
 
 def label_of(data: RunData, column: str) -> str:
     """What a column is called in words: its name, but for the mean jump if another measure of the opening is in charge."""
-    is_beside = not data.gauge_is_elastic and data.controlled in data.scene.specimen.gauges()
+    gauges = data.scene.specimen.gauges()
+    measures = (data.controlled, *(stage.control for stage in data.scene.stages))
+    is_beside = not data.gauge_is_elastic and any(name in gauges for name in measures)
     return (_JUMPS.get(column, column) if is_beside else column).replace("_", " ")
 
 
 def peak_text(data: RunData, measure: str | None = None) -> str:
     """The peak in words, its place on a column of the history, mm; default: the measure in charge."""
     measure = measure or data.controlled
-    return f"{data.peak_load:.5g} N at {measure} {data.history[measure][data.peak_row]:.4g} mm"
+    return f"{data.peak_load:.5g} N at {label_of(data, measure)} {data.history[measure][data.peak_row]:.4g} mm"
 
 
 def curve_measures(data: RunData) -> dict[str, Any]:

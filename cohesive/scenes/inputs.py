@@ -231,7 +231,7 @@ def known(kind: str, what: str, value: T | None) -> T:
         raise SceneError.at(
             "specimen.kind",
             f" = '{kind}': {what} is not known before its mesh is read; expected a kind without a file, "
-            "or the result of a run (result.model)",
+            "or the result of a run (result.facts)",
         )
     return value
 

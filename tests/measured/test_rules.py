@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohesive import SceneError
+from cohesive import SceneError, read_measured
 from cohesive.measured.curve import Measured
 from cohesive.measured.evaluation import evaluate
 from tests.measured.files import BEAM, X, Y, numbers, read, semicolons, table
@@ -185,3 +185,28 @@ def test_a_steep_start_gives_no_modulus() -> None:
     assert evaluate(Measured.from_curve(x, y, against="cmod"), "en-14651", BEAM).values["E"] is None
     level = evaluate(Measured.from_curve(x[[0, 1, 3, 4]], y[[0, 1, 3, 4]], against="cmod"), "en-14651", BEAM).values["E"]
     assert level is not None and np.isfinite(level)
+
+
+@pytest.mark.parametrize(
+    ("first", "offset", "is_doubted"),
+    [(0.2, 1.234, True), (0.2, -2.5, True), (0.11, 1.234, True), (0.5, 0.3, True), (0.2, 0.0, False), (0.5, 0.0, False),
+     (0.9, 0.0, False), (0.05, 1.234, False)],
+)  # fmt: skip
+def test_a_curve_from_under_load_leads_back_to_zero(first: float, offset: float, is_doubted: bool, tmp_path: Path) -> None:
+    """A softening curve from some part of its peak on, by a gauge that shows an offset; a small load is counted from there."""
+    x = np.linspace(0.0, 0.2, 400)
+    y = 1e4 * (x / 0.03) * np.exp(1.0 - x / 0.03)
+    at = int(np.argmax(y >= first * y.max()))
+    path = tmp_path / "late.csv"
+    path.write_text(table("cmod_mm,load_N", x[at:] + offset, y[at:]), encoding="utf-8")
+    measured = read_measured(path)
+    assert ("does not lead back to 0" in measured.doubt) == is_doubted
+    if is_doubted:
+        with pytest.raises(SceneError, match=r"^reference.file = 'late.csv': its cmod begins at"):
+            measured.without_doubt()
+
+
+def test_a_curve_that_begins_behind_its_peak_is_not_doubted(tmp_path: Path) -> None:
+    path = tmp_path / "tail.csv"
+    path.write_text(table("cmod_mm,load_N", np.array([0.1, 0.2, 0.4]), np.array([900.0, 400.0, 100.0])), encoding="utf-8")
+    assert read_measured(path).doubt == ""

@@ -1,16 +1,16 @@
-"""Contact from a potential: what does the mended form keep of the printed one, and what does it gain?
+"""Contact from a potential: what does the corrected form keep of the printed one, and what does it gain?
 
 The printed contact omega H_w g k n of eq. (21) has no potential, so that closed loops of opening and shear create or destroy
 energy, and near closure it is stiffer than the concrete. `material.contact = "potential"` puts asperities that have an
 energy in series with the elastic plane (derived in `cohesive.asperities`).
 
 Expected: softening is the same to the last digit. Closing needs about the same stress at the same opening, one micrometre
-apart at -3 MPa, but the mended stiffness never exceeds E/w, whatever the width. Shear stresses of open faces are the printed
-ones; their normal stress is lower at first and higher after long sliding. A closed loop of opening and shear leaves no
+apart at -3 MPa, but the corrected stiffness never exceeds E/w, whatever the width. Shear stresses of open faces are the
+printed ones; their normal stress is lower at first and higher after long sliding. A closed loop of opening and shear leaves no
 energy behind, where the printed form leaves a part of Gf at a point and seven Gf on Example 3's plate. Examples 2 and 3 keep
 their peaks and their unloading.
 
-    python -m examples.mended_contact [-o DIR]
+    python -m examples.corrected_contact [-o DIR]
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from examples.command import command
 
 Array = NDArray[np.float64]
 FORMS = ("printed", "potential")
-LABELS = {"printed": "printed", "potential": "mended"}
+LABELS = {"printed": "printed", "potential": "corrected"}
 OPENED = 0.1  # mm
 WIDTHS = (0.2, 2.0, 60.0)
 
@@ -137,4 +137,4 @@ def _draw(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    command(main, __doc__, "mended_contact.png")
+    command(main, __doc__, "corrected_contact.png")
