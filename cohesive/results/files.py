@@ -171,7 +171,7 @@ def check_names(folder: Path) -> None:
     SceneError
     """
     for path in (*(folder / name for name in FILES), *frame_files(folder)):
-        if path.is_dir():
+        if os.path.isdir(path):
             raise SceneError(f"output folder '{folder}': {path.name} is a folder; expected a file of this name, or none")
     if os.path.islink(folder / INPUTS):
         raise SceneError(f"output folder '{folder}': {INPUTS} is a link to elsewhere; expected a folder of this name, or none")

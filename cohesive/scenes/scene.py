@@ -190,7 +190,7 @@ def _plain(value: Any, key: str = "", depth: int = 0) -> Any:
     Raises
     ------
     SceneError
-        For what no scene holds: levels without end, text that is no UTF-8, and whole numbers that are no floating-point numbers.
+        For what no scene holds: levels without end, text that is no UTF-8, whole numbers that are no floating-point numbers.
     """
     if depth > _DEEPEST:
         raise SceneError.at(key, f": it is nested more than {_DEEPEST} levels deep; expected the tables of a scene")

@@ -206,7 +206,8 @@ def test_a_file_of_another_shell_is_read(encoding: str, end: str, tmp_path: Path
 
 def test_text_that_is_no_text_is_refused(tmp_path: Path) -> None:
     text = "title = 'x'\n"
-    for content in (text.encode("utf-16-le"), b"\xff\xfe" + text.encode("utf-16-le")[:-1], text.encode("utf-32"), b"\xfe\xff\xd8"):
+    wide = text.encode("utf-16-le")
+    for content in (wide, b"\xff\xfe" + wide[:-1], text.encode("utf-32"), b"\xfe\xff\xd8"):
         (tmp_path / "wide.toml").write_bytes(content)
         with pytest.raises(SceneError, match="not valid TOML"):
             Scene.load(tmp_path / "wide.toml")
