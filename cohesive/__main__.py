@@ -31,8 +31,10 @@ _PATIENCE = 5.0
 def main() -> int:
     """Run the command line; returns the exit status."""
     from .algebra import threads
+    from .commands import streams
     from .errors import SceneError
 
+    streams.make_patient()
     # most matrices are small: more threads gain nothing, and on a busy machine they wait for each other
     try:
         threads.begin_with_one()
@@ -67,6 +69,9 @@ def main() -> int:
             signal.signal(signal.SIGINT, interrupt)
         _end_long_calls(seen)
         status = command_line()
+        if lost := streams.failure():
+            print(f"cohesive: what was printed could not be written: {lost.strerror}", file=sys.stderr)
+            status = status or 2
     except KeyboardInterrupt as error:
         print(f"cohesive: {str(error) or 'interrupted'}", file=sys.stderr)
         status = 130
@@ -82,7 +87,8 @@ def _end_long_calls(seen: threading.Event) -> None:
     seen : is set once the interpreter has come to the signal, and what there is is being saved.
     """
     read, write = os.pipe()
-    os.set_blocking(write, False)
+    if hasattr(os, "set_blocking"):  # on Windows since Python 3.12
+        os.set_blocking(write, False)
 
     def watch() -> None:
         while number := os.read(read, 1)[0]:  # the system writes it at once, whatever the main thread does

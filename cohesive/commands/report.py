@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from .common import Commands
@@ -30,7 +31,7 @@ def _execute(options: argparse.Namespace) -> int:
 
     folders = [Path(folder) for folder in options.folders]
     path = Path(options.output) if options.output else folders[0] / "report.html"
-    if len(folders) == 1 and (folders[0] / "discrete" / "run.json").is_file():
+    if len(folders) == 1 and os.path.isfile(folders[0] / "discrete" / "run.json"):
         folders = [folders[0] / "discrete", folders[0] / "smeared"]
     if len(folders) > 2:
         raise SceneError(f"report: {len(folders)} folders; expected one or two")

@@ -94,6 +94,10 @@ def _finished(
 ) -> int:
     """Run, save and tell; the exit status."""
     status = 0
+    if options.movie:
+        from ..outcome.movie import check_movie  # with matplotlib
+
+        check_movie(folder / options.movie)
     with progress(steps) as bar:
         if not bar.disable and expected is not None and expected.seconds > LONG:
             bar.write(f"expected: {expected.text}", sys.stderr)

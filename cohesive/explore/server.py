@@ -6,16 +6,21 @@ import json
 import secrets
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
 from ..errors import SceneError
+from ..outcome.page import filled
 from .explorer import Explorer
 
 #: largest request, bytes: a measured curve of a million rows
 _LARGEST = 50_000_000
+
+#: seconds in which the next part of a request must come, or of an answer be taken; a page that is idle asks anew
+_PATIENCE = 30.0
 
 #: names by which a browser on this machine may ask; another one would be a page elsewhere that asks through it
 _HOSTS = ("127.0.0.1", "localhost")
@@ -46,6 +51,12 @@ class ExploreServer(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: ExploreServer
+    timeout = _PATIENCE
+
+    def handle(self) -> None:
+        """All requests of a connection, until it is closed or nothing more comes."""
+        with suppress(ConnectionError):
+            super().handle()
 
     def do_GET(self) -> None:
         """The page."""
@@ -54,22 +65,25 @@ class _Handler(BaseHTTPRequestHandler):
         template = resources.files("cohesive.explore").joinpath("explore.html").read_text(encoding="utf-8")
         explorer = self.server.explorer
         facts = {"title": explorer.scene.title, "controls": explorer.controls(), "measured": explorer.measured()}
-        data = json.dumps(facts).replace("</", "<\\/")
-        self._send(template.replace("{{data}}", data).encode(), "text/html; charset=utf-8")
+        self._send(filled(template, facts).encode(), "text/html; charset=utf-8")
 
     def do_POST(self) -> None:
         """What the page asks: {"changes": {key: value}, ...} as JSON."""
-        length = int(self.headers.get("Content-Length") or 0)
+        length = self.headers.get("Content-Length") or "0"
         action = _ACTIONS.get(self._path() or "")
-        if action is None or length > _LARGEST:
+        is_length = length.isdecimal() and len(length) <= len(str(_LARGEST)) and int(length) <= _LARGEST
+        if action is None or not is_length:
             return self._refuse()
+        content = self.rfile.read(int(length))
+        if len(content) < int(length):  # the page has left
+            return None
         try:
-            asked = json.loads(self.rfile.read(length))
+            asked = json.loads(content)
             with self.server.running:
                 answer = action(self.server.explorer, dict(asked.get("changes", {})), asked)
         except SceneError as error:
             answer = {"error": str(error)}
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+        except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             answer = {"error": f"the request cannot be read: {error}"}
         self._send(json.dumps(answer).encode(), "application/json")
 

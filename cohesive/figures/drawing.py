@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+import threading
 import warnings
 from io import BytesIO
 from pathlib import Path
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 #: measured curves of fewer points are drawn with a mark for each
 _FEW = 100
+
+#: the filters of warnings are those of the whole process
+_ONE_AT_A_TIME = threading.Lock()
 
 #: of PNG files, 0 to 9
 _COMPRESSION = 3
@@ -151,7 +155,7 @@ def save(figure: Figure, path: Path | BytesIO, dpi: int = 130) -> None:
     """Write a figure as PNG: as `savefig` does, but drawn once and not twice, and compressed less, which takes half the
     time for files of about the same size."""
     figure.set_dpi(dpi)
-    with warnings.catch_warnings():
+    with _ONE_AT_A_TIME, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # a title may have any character
         canvas = FigureCanvasAgg(figure)
         canvas.print_png(path, pil_kwargs={"compress_level": _COMPRESSION})  # type: ignore[no-untyped-call]

@@ -23,6 +23,9 @@ _KINK, _KINK_BOUNDS = [0.8, 0.3], {"material.softening.kink.0": (0.1, 1.7), "mat
 #: openings of free points in Gf/ft, and by which factor they and their stresses may change
 _LAST, _FACTOR = 5.0, 3.0
 
+#: free points of a curve: more than the rows of most measured curves determine none
+_LEAST_POINTS, _MOST_POINTS = 3, 50
+
 #: what follows from points
 _OF_POINTS = ("material.ft", "material.Gf")
 
@@ -130,12 +133,14 @@ def _with_curve(
     if curve == "kink":
         return [scene.with_(**{"material.softening": {"kink": list(_KINK)}}) for scene in scenes], kept | _KINK_BOUNDS
     name, _, number = curve.partition(":")
-    if name == "points" and number.isdigit() and int(number) >= 3:
+    if name == "points" and number in map(str, range(_LEAST_POINTS, _MOST_POINTS + 1)):
         return _with_points(scenes, kept, int(number), done)
     if curve in SOFTENING:
         return [scene.with_(**{"material.softening": curve}) for scene in scenes], kept
     raise SceneError(
-        f"softening = {curve!r}: expected some of {', '.join(SOFTENING)}, kink, points:N with N of at least 3", "softening"
+        f"softening = {curve!r}: expected some of {', '.join(SOFTENING)}, kink, points:N with N from "
+        f"{_LEAST_POINTS} to {_MOST_POINTS}",
+        "softening",
     )
 
 

@@ -49,6 +49,9 @@ _UNSEEN = 1e-3
 #: how far an interval reaches at most, scaled: a factor of 1000, which says that the number is not seen
 _FURTHEST = float(np.log(1000.0))
 
+#: places to start from, at most: each takes a fit of its own
+_MOST_STARTS = 1000
+
 #: parameters of contact and shear
 _OF_SHEAR = ("h", "m_g", "r_sigma", "mu_sigma", "c1", "n_g", "r_z", "c_zn", "c_lm", "u_phi0", "Zm")
 
@@ -223,8 +226,8 @@ def _unseen(key: str) -> SceneError:
 
 def _starts(problem: FitProblem, count: int) -> list[Array]:
     """The scaled numbers from which a fit is started."""
-    if count < 1:
-        raise SceneError(f"starts = {count}: expected at least 1", "starts")
+    if not 1 <= count <= _MOST_STARTS:
+        raise SceneError(f"starts = {count}: expected at least 1 and at most {_MOST_STARTS}", "starts")
     starts = [inside(problem.parameters, problem.start)]
     if count > 1:
         from scipy.stats import qmc  # slow to import

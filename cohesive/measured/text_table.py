@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import os
 import re
 import reprlib
 from collections.abc import Iterator, Sequence
@@ -127,7 +128,7 @@ def read_table(path: Path) -> tuple[TextTable, bytes]:
     OSError
         If it cannot be read.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise TableError("is not a regular file")
     if path.stat().st_size > _LARGEST:
         raise TableError(f"has {path.stat().st_size / 1e6:.0f} MB; expected at most {_LARGEST / 1e6:.0f}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,6 +22,21 @@ from .views import Views
 #: frames a second, and seconds that the last one stays
 FPS, _STAYS = 10, 0.5
 
+#: longest name of a file, bytes: systems allow 255, and the temporary name is longer
+_LONGEST = 240
+
+
+def check_movie(path: Path) -> None:
+    """Refuse a file that no movie can be written to; SceneError."""
+    if path.suffix not in (".gif", ".mp4"):
+        raise SceneError(f"movie '{path}': expected a name that ends with .gif or .mp4")
+    if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise SceneError(f"movie '{path}': MP4 needs ffmpeg, which is not installed; expected .gif")
+    if os.path.isdir(path) or not os.path.isdir(path.parent) or len(os.fsencode(path.name)) > _LONGEST:
+        raise SceneError(
+            f"movie '{path}': expected the name of a file of at most {_LONGEST} bytes, which is no folder and stands in one"
+        )
+
 
 def write_movie(views: Views, path: Path, on_frame: Callable[[], object] = lambda: None) -> None:
     """Write a GIF, or an MP4 if `path` ends so, which takes ffmpeg.
@@ -32,12 +48,9 @@ def write_movie(views: Views, path: Path, on_frame: Callable[[], object] = lambd
     Raises
     ------
     SceneError
-        For another ending, without ffmpeg, or if the file cannot be written.
+        For another ending (see `check_movie`), without ffmpeg, or if the file cannot be written.
     """
-    if path.suffix not in (".gif", ".mp4"):
-        raise SceneError(f"movie '{path}': expected a name that ends with .gif or .mp4")
-    if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise SceneError(f"movie '{path}': MP4 needs ffmpeg, which is not installed; expected .gif")
+    check_movie(path)
 
     def draw(temporary: Path) -> None:
         figure, update = _figure(views)

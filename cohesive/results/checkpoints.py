@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -67,6 +68,8 @@ class Checkpoint:
             If there is none.
         """
         path, version = folder / NAME, package_version("cohesive-cracks")
+        if os.path.islink(path):  # the run would go on writing there
+            raise SceneError(f"'{path}': it is a link to elsewhere; expected the checkpoint itself")
         try:
             with open(path, "rb") as file:
                 head = unpacked(file, FoundPath, Vertex)
@@ -151,7 +154,8 @@ def checkpoint_writer(
         version, where = package_version("cohesive-cracks"), str(scene.folder.resolve())  # to be resumed from anywhere
         own = {"version": version, "folder": where, "tangent": tangent, "found": found, "nodes": nodes}
         try:
-            append(own | {"scene": json.dumps(scene.data)}, "wb")
+            path.unlink(missing_ok=True)  # it may be a link to elsewhere
+            append(own | {"scene": json.dumps(scene.data)}, "xb")
         except TypeError:  # a curve of the user's own
             path.unlink(missing_ok=True)
             path = None

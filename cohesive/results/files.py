@@ -35,6 +35,9 @@ PICTURES = ("mesh.png", "curve.png", "deformed.png")
 #: what a result is read back from, with scene.toml
 RESULT = "result.npz"
 
+#: folder of the copies of a run's inputs
+INPUTS = "inputs"
+
 #: all files of a run but its frames, its inputs and its checkpoint
 FILES = (*PICTURES, "path.png", "path.csv", "history.csv", RESULT, "frames.pvd", "run.json", "scene.toml")
 
@@ -55,7 +58,8 @@ def history_writer(folder: str | Path | None, names: Sequence[str]) -> Iterator[
     make_folder(path.parent)
     check_names(path.parent)
     try:
-        file = open(path, "wb", buffering=0)  # noqa: SIM115  closed below
+        path.unlink(missing_ok=True)  # it may be a link to elsewhere
+        file = open(path, "xb", buffering=0)  # noqa: SIM115  closed below
     except OSError as error:
         raise _refused(path, error) from None
 
@@ -89,12 +93,14 @@ def write_file(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary file beside `path`, then rename it: nothing is ever half-written."""
     temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
     try:
+        temporary.unlink(missing_ok=True)  # it may be a link to elsewhere
         write(temporary)
         os.replace(temporary, path)
     except OSError as error:
         raise _refused(path, error) from None
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # whatever was in the way of writing
+            temporary.unlink(missing_ok=True)
 
 
 def _refused(path: Path, error: OSError) -> SceneError:
@@ -165,8 +171,10 @@ def check_names(folder: Path) -> None:
     SceneError
     """
     for path in (*(folder / name for name in FILES), *frame_files(folder)):
-        if path.is_dir():
+        if os.path.isdir(path):
             raise SceneError(f"output folder '{folder}': {path.name} is a folder; expected a file of this name, or none")
+    if os.path.islink(folder / INPUTS):
+        raise SceneError(f"output folder '{folder}': {INPUTS} is a link to elsewhere; expected a folder of this name, or none")
 
 
 def write_frames(data: RunData, folder: Path) -> None:

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import SceneError
-from .files import make_folder, write_file, write_text
+from .files import INPUTS, make_folder, write_file, write_text
 
 if TYPE_CHECKING:
     from ..scenes.scene import Scene
 
-_FOLDER, _LIST = "inputs", "sources.txt"
+_LIST = "sources.txt"
 
 
 def copy_inputs(scene: Scene, folder: Path, contents: Sequence[bytes] = ()) -> dict[str, Any]:
@@ -35,7 +35,7 @@ def copy_inputs(scene: Scene, folder: Path, contents: Sequence[bytes] = ()) -> d
     SceneError
         If a file cannot be read or written.
     """
-    data, inside = scene.data, folder / _FOLDER
+    data, inside = scene.data, folder / INPUTS
     named: list[tuple[str, Path, bytes]] = []
     for table in ("specimen", "reference"):
         names = data.get(table, {}).get("file")
@@ -55,7 +55,7 @@ def copy_inputs(scene: Scene, folder: Path, contents: Sequence[bytes] = ()) -> d
             name = f"{source.stem}-{number}{source.suffix}"
         write_file(inside / name, methodcaller("write_bytes", content))
         copies[name] = old.get(source.name, "") if stands_there else str(source)
-        here[table].append(f"{_FOLDER}/{name}")
+        here[table].append(f"{INPUTS}/{name}")
     for stale in old.keys() - copies.keys():
         (inside / stale).unlink(missing_ok=True)
     lines = "".join(f"{name}\t{source}\n" for name, source in copies.items() if source)  # without the user's own in there

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -28,7 +29,7 @@ def lock_folder(folder: str | Path | None) -> Iterator[None]:
         yield
         return
     folder = Path(folder)
-    is_new = not folder.exists()
+    is_new = not os.path.exists(folder)
     make_folder(folder)
     path = folder.resolve() / _NAME
     lock = FileLock(path, timeout=0, is_singleton=True)
@@ -39,6 +40,8 @@ def lock_folder(folder: str | Path | None) -> Iterator[None]:
             raise Timeout(str(path))
     except Timeout:
         raise SceneError(f"output folder '{folder}': another run writes there; expected another folder") from None
+    except OSError as error:  # as if it is a link
+        raise SceneError(f"output folder '{folder}': {_NAME} cannot be locked: {error.strerror}") from None
     try:
         yield
     finally:

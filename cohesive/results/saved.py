@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import zipfile
 from dataclasses import fields
 from pathlib import Path
@@ -47,7 +48,7 @@ def read_folder(folder: Path) -> dict[str, Any]:
         If a file is missing or broken, or the scene cannot be made again.
     """
     for name in (RESULT, "scene.toml"):
-        if not (folder / name).is_file():
+        if not os.path.isfile(folder / name):
             raise SceneError(f"'{folder}': there is no {name}; expected the folder of a run that this version saved")
     try:
         scene = Scene.load(folder / "scene.toml")

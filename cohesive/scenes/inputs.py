@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import reprlib
 import types
 import typing
@@ -263,9 +264,9 @@ def _check_file(name: str, find: Callable[[str], Path]) -> None:
     """Refuse a name of no regular file."""
     try:
         path = find(name)
-        if path.is_file():
+        if os.path.isfile(path):
             return
-        what = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
+        what = f"{path} is not a regular file" if os.path.exists(path) else f"there is no file {path}"
     except (OSError, ValueError):  # too long a name, or one with a null character
         what = "that can be no name of a file"
     raise SceneError.at("reference.file", f" = {reprlib.repr(name)}: {what}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import copy
 import os
 import tomllib
@@ -127,7 +128,7 @@ class Scene(Inputs):
                 )
             path = Path(str(_BUILTIN / f"{source}.toml"))
         try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
+            data = tomllib.loads(_text(path.read_bytes()))
         except OSError as error:
             raise SceneError(f"scene '{source}': cannot be read: {error.strerror}") from None
         except (ValueError, RecursionError) as error:  # besides those of the syntax: no UTF-8, thousands of digits or levels
@@ -164,6 +165,12 @@ class Scene(Inputs):
         return bundled if not os.path.exists(beside) and os.path.isfile(bundled) else beside
 
 
+def _text(content: bytes) -> str:
+    """The text of a TOML file: UTF-8, with a byte order mark or without, or UTF-16 with one, as PowerShell's `>` writes it."""
+    is_wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return content.decode("utf-16" if is_wide else "utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+
+
 def built_in() -> list[str]:
     """Names of the built-in scenes."""
     return sorted(entry.name[:-5] for entry in _BUILTIN.iterdir() if entry.name.endswith(".toml"))
@@ -189,7 +196,7 @@ def _plain(value: Any, key: str = "", depth: int = 0) -> Any:
     Raises
     ------
     SceneError
-        For what no scene holds: levels without end, and whole numbers that are no floating-point numbers.
+        For what no scene holds: levels without end, text that is no UTF-8, whole numbers that are no floating-point numbers.
     """
     if depth > _DEEPEST:
         raise SceneError.at(key, f": it is nested more than {_DEEPEST} levels deep; expected the tables of a scene")
@@ -199,6 +206,8 @@ def _plain(value: Any, key: str = "", depth: int = 0) -> Any:
         return [_plain(entry, key, depth + 1) for entry in value]
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
+    if isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise SceneError.at(key, f" = {value!a}: it has characters that no file can hold; expected text in UTF-8")
     if isinstance(value, int) and value.bit_length() > _MOST_BITS:
         raise SceneError.at(key, f": a whole number of about {value.bit_length() * 0.30103:.0f} digits; expected fewer")
     return value

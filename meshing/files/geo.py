@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from pathlib import Path
 from types import ModuleType
@@ -28,7 +29,7 @@ def read_outline(path: Path, run_scripts: bool = False) -> Outline:
         If there is no such file, it says more than a shape, gmsh does not read it, or its geometry is not one face without
         holes.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise MeshError.at("file", f" = '{path}': there is no such file")
     with tempfile.TemporaryDirectory() as folder, session() as gmsh:
         gmsh.open(str(path if run_scripts else _copied(path, Path(folder, "outline.geo"))))

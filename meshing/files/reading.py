@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import sys
+import threading
 from collections.abc import Iterable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -27,6 +28,9 @@ _FURTHEST = 1e12
 
 #: formats whose reader in meshio does not come to an end if the file is cut short
 _ENDLESS = (".ele", ".node")
+
+#: the streams are those of the whole process: of two threads that replace them one would put the other's back
+_ONE_AT_A_TIME = threading.Lock()
 
 Crack = str | Sequence[str] | Sequence[Line]
 
@@ -153,7 +157,7 @@ def _by_meshio(path: Path) -> meshio.Mesh:
     """A file as meshio reads it."""
     said = io.StringIO()  # meshio prints why a reader does not take the file, and a blank line for a gmsh file
     try:
-        with redirect_stdout(said), redirect_stderr(said):
+        with _ONE_AT_A_TIME, redirect_stdout(said), redirect_stderr(said):
             mesh = meshio.read(path)
     except SystemExit:  # meshio's way to say that no reader accepts the file
         raise MeshError.at("file", f" = '{path}': not a mesh in a format that meshio reads") from None

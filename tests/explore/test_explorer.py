@@ -5,10 +5,13 @@ from __future__ import annotations
 import gc
 import json
 import re
+import socket
+import struct
 import threading
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +24,9 @@ from cohesive.commands.command_line import main
 from cohesive.explore.explorer import Explorer
 from cohesive.explore.server import ExploreServer
 from cohesive.scenes.scene import dump_toml
+
+#: a title that ends the data of a page, begins others, or is another part of it
+HOSTILE = "<!--<script> </script> {{data}} {{title}} & &lt; \u2028 \u2029 ]]>"
 
 QUICK = {"mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 15}
 
@@ -189,3 +195,66 @@ def test_moves_take_no_memory(explorer: Explorer) -> None:
             sizes.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
     assert sizes[1] < 1.05 * sizes[0] + 1e5
+
+
+def said_to(server: ExploreServer, sent: bytes, leaves: bool = False) -> bytes:
+    """What comes back for some bytes until the connection is closed."""
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as connection:
+        connection.sendall(sent.replace(b"TOKEN", server.token.encode()).replace(b"HOST", b"Host: 127.0.0.1"))
+        if leaves:
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # without a goodbye
+            return b""
+        answer = b""
+        with suppress(ConnectionError):
+            while part := connection.recv(65536):
+                answer += part
+    return answer
+
+
+@pytest.mark.parametrize("length", ["abc", "-1", "1" * 400, "50000001", "1.5", "0x10", "+7"])
+def test_a_length_that_is_none_is_refused(length: str, server: ExploreServer, capfd: pytest.CaptureFixture[str]) -> None:
+    answer = said_to(server, f"POST /TOKEN/run HTTP/1.1\r\nHOST\r\nContent-Length: {length}\r\n\r\n{{}}".encode())
+    assert answer.startswith(b"HTTP/1.0 404") and "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b"[" * 100_000, b'{"changes":' * 100_000, b"\xff\xfe{}", b"nul", b"3", b'{"changes": [1, 2]}', b"9" * 5000],
+)
+def test_a_body_that_is_none_is_answered(body: bytes, server: ExploreServer, capfd: pytest.CaptureFixture[str]) -> None:
+    for action in (b"run", b"curve"):
+        answer = said_to(
+            server, b"POST /TOKEN/%s HTTP/1.1\r\nHOST\r\nContent-Length: %d\r\n\r\n" % (action, len(body)) + body
+        )
+        assert b"the request cannot be read" in answer
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_name_that_no_file_has_is_answered(server: ExploreServer) -> None:
+    for name in ("x" * 300, "x\0", "..", ""):
+        assert post(server, "curve", changes={}, text="no curve", name=name)["error"]
+
+
+def test_a_page_that_leaves_or_stalls_holds_nobody_up(
+    server: ExploreServer, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    half = b"POST /TOKEN/run HTTP/1.1\r\nHOST\r\nContent-Length: 9\r\n\r\n{"
+    for sent in (b"", b"GET /TOK", b"GET /TOKEN/ HTTP/1.1\r\nHOST\r\n\r\n", half):
+        said_to(server, sent, leaves=True)
+    monkeypatch.setattr(server.RequestHandlerClass, "timeout", 0.2)
+    for sent in (b"", b"GET /TOK", half):
+        assert said_to(server, sent) == b""
+    assert "error" in post(server, "run", changes=3)
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_title_cannot_leave_its_place_in_the_page(beam: Scene) -> None:
+    made = ExploreServer(Explorer(beam.with_(title=HOSTILE)))
+    threading.Thread(target=made.serve_forever, daemon=True).start()
+    with urllib.request.urlopen(made.address, timeout=10) as answer:
+        page = answer.read().decode()
+    made.shutdown()
+    made.server_close()
+    shown = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, flags=re.DOTALL)
+    assert shown is not None and json.loads(shown[1])["title"] == HOSTILE
+    assert not re.search("[<&\u2028]", shown[1])

@@ -290,3 +290,15 @@ def test_exported_points_keep_the_energy(softening: Any) -> None:
     assert 0.5 * (stress[1:] + stress[:-1]) @ np.diff(w) == pytest.approx(0.1, rel=0.01)
     for name in EXPORTS:
         assert EXPORTS[name][1](material).count("\n") > 5
+
+
+@pytest.mark.parametrize("curve", ["points:51", "points:2", "points:" + "9" * 5000, "points:\u00b3", "points:", "points:-4"])
+def test_a_number_of_points_without_sense_is_refused(curve: str) -> None:
+    with pytest.raises(SceneError, match="points:N with N from 3 to 50"):
+        fit_curves(Scene.load("notched-beam"), {"material.ft": (2.0, 5.0)}, [curve])
+
+
+@pytest.mark.parametrize("starts", [0, -1, 1001, 10**9])
+def test_a_number_of_starts_without_sense_is_refused(starts: int) -> None:
+    with pytest.raises(SceneError, match=rf"^starts = {starts}: expected at least 1 and at most 1000"):
+        fit(Scene.load("notched-beam"), {"material.ft": (2.0, 5.0)}, starts=starts)

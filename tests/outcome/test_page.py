@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 import shutil
@@ -128,3 +129,18 @@ def test_the_slider_moves_all_views_in_a_browser(folder: Path, tmp_path: Path, w
         shots.append(shot.read_bytes())
     assert said[0] != said[1] and said[1].startswith("step ")
     assert shots[0] != shots[1]
+
+
+def test_a_title_cannot_leave_its_place_in_the_page(folder: Path, tmp_path: Path) -> None:
+    result = Result.load(folder / "discrete")
+    title = "<!--<script> </title></script> {{data}} {{title}} & &lt; \u2028 ]]>"
+    result.scene = result.scene.with_(title=title)
+    path = tmp_path / "report.html"
+    write_page([Views.from_result(result)], path)
+    (data,) = data_of(path)
+    assert data["title"] == title
+    text = path.read_text(encoding="utf-8")
+    assert len(re.findall("<script", text)) == 2 and len(re.findall("</title", text)) == 1
+    assert f"<h1>{html.escape(title)}</h1>" in text
+    shown = text.partition('type="application/json">')[2].partition("</script>")[0]
+    assert not re.search("[<&\u2028]", shown)

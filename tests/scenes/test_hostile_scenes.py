@@ -10,6 +10,7 @@ import pytest
 
 from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
+from cohesive.scenes.scene import dump_toml
 
 GOOD = """
 title = "a block"
@@ -34,9 +35,9 @@ frames = 0
 #: TOML texts by name; `GOOD` stands for the text above, in which the first part may take the place of the second one
 TEXTS: dict[str, tuple[str | bytes | tuple[str, str], str]] = {
     "good": (GOOD, ""),
-    "with a BOM": (b"\xef\xbb\xbf" + GOOD.encode(), "not valid TOML"),
+    "with a BOM": (b"\xef\xbb\xbf" + GOOD.encode(), ""),
     "latin-1": (GOOD.replace("block", "blöck").encode("latin-1"), "not valid TOML: .*utf-8"),
-    "UTF-16": (GOOD.encode("utf-16"), "not valid TOML"),
+    "UTF-16": (GOOD.encode("utf-16"), ""),
     "Windows line ends": (GOOD.replace("\n", "\r\n").encode(), ""),
     "empty": ("", r"\[specimen\] is missing"),
     "zeros": (b"\0" * 5000, "not valid TOML"),
@@ -190,3 +191,25 @@ def test_python_values_without_end_are_refused() -> None:
     ):
         with pytest.raises(SceneError, match=message):
             Scene(data)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_file_of_another_shell_is_read(encoding: str, end: str, tmp_path: Path) -> None:
+    """PowerShell's `>` writes a byte order mark, and before version 6 UTF-16."""
+    scene = Scene.load("notched-beam").with_(title="Bruchz\u00e4higkeit \u6df7")
+    text = dump_toml(scene.data).replace("\n", end)
+    mark = "\ufeff" if encoding in ("utf-16-le", "utf-16-be") else ""
+    (tmp_path / "beam.toml").write_bytes((mark + text).encode(encoding))
+    assert Scene.load(tmp_path / "beam.toml").data == scene.data
+
+
+def test_text_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    text = "title = 'x'\n"
+    wide = text.encode("utf-16-le")
+    for content in (wide, b"\xff\xfe" + wide[:-1], text.encode("utf-32"), b"\xfe\xff\xd8"):
+        (tmp_path / "wide.toml").write_bytes(content)
+        with pytest.raises(SceneError, match="not valid TOML"):
+            Scene.load(tmp_path / "wide.toml")
+    with pytest.raises(SceneError, match="characters that no file can hold"):
+        Scene.load("notched-beam").with_(title="a\udcff")  # as bytes that are no UTF-8 come from a command line
