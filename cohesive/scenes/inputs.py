@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import reprlib
 import types
 import typing
@@ -264,9 +263,9 @@ def _check_file(name: str, find: Callable[[str], Path]) -> None:
     """Refuse a name of no regular file."""
     try:
         path = find(name)
-        if os.path.isfile(path):
+        if path.is_file():
             return
-        what = f"{path} is not a regular file" if os.path.exists(path) else f"there is no file {path}"
+        what = f"{path} is not a regular file" if path.exists() else f"there is no file {path}"
     except (OSError, ValueError):  # too long a name, or one with a null character
         what = "that can be no name of a file"
     raise SceneError.at("reference.file", f" = {reprlib.repr(name)}: {what}")
