@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -34,13 +35,15 @@ def lock_folder(folder: str | Path | None) -> Iterator[None]:
     path = folder.resolve() / _NAME
     lock = FileLock(path, timeout=0, is_singleton=True)
     try:
+        if path.is_symlink():  # which leads out of the folder; older releases of filelock follow it
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         lock.acquire()
         if not path.exists():  # one that ended in this moment has taken the file away, and a third one may make it anew
             lock.release()
             raise Timeout(str(path))
     except Timeout:
         raise SceneError(f"output folder '{folder}': another run writes there; expected another folder") from None
-    except OSError as error:  # as if it is a link
+    except OSError as error:
         raise SceneError(f"output folder '{folder}': {_NAME} cannot be locked: {error.strerror}") from None
     try:
         yield
