@@ -146,7 +146,7 @@ WRONG_PHYSICS = {
     "Gf in N/m": ({"material.Gf": 70.0}, r"material.Gf = 70: is it in N/mm\?"),
     "ft with its point a digit off": ({"material.ft": 33.0}, r"material.ft = 33: is it in MPa\?"),
     "ft far below E": ({"material.ft": 0.03}, r"material.E = 37000, material.ft = 0.03: .*both in MPa"),
-    "much fibre in a small beam": ({"material.Gf": 17.0, "material.c1": 10.0}, r"material.Gf = 17: softening would end .*N/mm"),
+    "much fibre, small beam": ({"material.Gf": 17.0, "material.c1": 10.0}, r"material.Gf = 17: softening would end .*N/mm"),
     "a width of a metre": ({"interface.width": 1000.0}, r"interface.width = 1000: expected between"),
     "no width at all": ({"interface.width": 1e-9}, r"interface.width = 1e-09: expected between"),
     "sliding of a symmetric beam": ({"stage.0.control": "sliding"}, r"stage.0.control = 'sliding': the drive does not"),
