@@ -95,6 +95,7 @@ def _material(rng: np.random.Generator, extreme: bool) -> dict[str, Any]:
         "nu": float(rng.uniform(0.0, 0.49) if extreme else rng.uniform(0.1, 0.25)),
         "ft": between(1.5 / wide, 5.0 * wide),
         "Gf": between(0.04 / wide, 0.2 * wide),
+        "unusual": extreme,
         "contact": str(rng.choice(["printed", "potential"])),
         "softening": {"kink": [between(0.3, 1.2), float(rng.uniform(0.15, 0.4))]} if softening == "kink" else softening,
     }

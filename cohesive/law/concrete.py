@@ -46,10 +46,12 @@ class Concrete:
     c_zn : growth of the smoothing length with damage, eq. (18).
     c_lm : contact begins c_lm smoothing lengths before the surface, eq. (19). The print says 7,
         which leaves Example 3 almost without shear contact; 3 is the default here.
-    u_phi0 : opening (mm) below which no contact is lost, eq. (13); it shifts the contact surface,
-        apex included, which the print of eq. (10b) forgets.
+    u_phi0 : opening (mm) below which no contact is lost, eq. (13), at least 0: below it faces would pass through each other.
+        It shifts the contact surface, apex included, which the print of eq. (10b) forgets.
     onset_cap : keep contact away from a crack that is younger than the smoothing length, so that
-        mode I softening is not disturbed at any width (if u_phi0 <= 0).
+        mode I softening is not disturbed at any width (if u_phi0 = 0). The cap Z/c_lm rules up to Z = Zm and beyond if
+        c_zn <= c_lm, so that neither c_zn nor r_z shapes the growth of contact: refused, as the printed c_lm = 7 with c_zn = 5
+        is. With c_lm = 7 and c_zn = 9 it rules up to Z = 0.57 Zm, with the defaults up to 0.08 Zm.
     contact : "printed", or "potential" for the corrected form of `potential_contact`, which creates no energy in cycles at
         constant damage and never is stiffer than the concrete.
     shear_scaling : H_w of eq. (25); without it H of eq. (13) at every width (the paper's Figure 15a).
@@ -64,6 +66,8 @@ class Concrete:
         back, a Zm that was not given is the number that follows, and follows again after `dataclasses.replace`.
     density : of the body (kg/m^3), if its own weight is to act.
     fc : compressive strength (MPa), which the model does not know: a run says where the bulk passes it. Default: 10 ft.
+    unusual : take numbers that no concrete has. Without it those outside of `PLAUSIBLE`, or with Gf / ft above
+        `LONGEST_OPENING`, are taken for numbers in other units, and refused.
 
     Raises
     ------
@@ -103,11 +107,12 @@ class Concrete:
         None,
         unit="MPa",
     )
+    unusual: bool = key("take numbers that no concrete has, which are refused else as given in other units", False)
 
     def __post_init__(self) -> None:
         for name in ("c", "p"):
             object.__setattr__(self, name, _triple(name, getattr(self, name)))
-        for name in ("onset_cap", "shear_scaling"):
+        for name in ("onset_cap", "shear_scaling", "unusual"):
             if not isinstance(getattr(self, name), bool):
                 raise ParameterError.at(name, f" = {getattr(self, name)!r}: expected true or false")
         if self.contact not in ("printed", "potential"):
@@ -132,7 +137,7 @@ class Concrete:
             raise ParameterError.at("nu", f" = {self.nu!r}: expected 0 <= nu < 0.5")
         if self.mu_sigma < 0 or self.mu_sigma >= self.r_sigma:
             raise ParameterError.at("mu_sigma", f" = {self.mu_sigma!r}: expected 0 <= mu_sigma < r_sigma = {self.r_sigma!r}")
-        for name in ("r_z", "density"):
+        for name in ("r_z", "u_phi0", "density"):
             if getattr(self, name) < 0:
                 raise ParameterError.at(name, f" = {getattr(self, name)!r}: expected a number of at least 0")
         if min(self.c) <= 0:
@@ -141,7 +146,31 @@ class Concrete:
             raise ParameterError.at(
                 "p", f" = {list(self.p)}: expected three numbers of at least 0 with sum 1, got sum {sum(self.p):g}"
             )
+        if self.onset_cap and self.c_zn <= self.c_lm:
+            raise ParameterError.at(
+                "c_zn",
+                f" = {self.c_zn!r}: contact would grow with onset_cap as it does for any c_zn and r_z up to c_lm = "
+                f"{self.c_lm!r}; expected c_zn above c_lm, or onset_cap = false",
+            )
+        if not self.unusual:
+            self._check_plausible()
         self._follow_size()
+
+    def _check_plausible(self) -> None:
+        """Refuse numbers that no concrete has: they are in other units."""
+        for name, (low, high) in PLAUSIBLE.items():
+            value = getattr(self, name)
+            if value and not low <= value <= high:
+                unit = next(f.metadata["unit"] for f in fields(self) if f.name == name)
+                raise ParameterError.at(
+                    name, f" = {value:g}: is it in {unit}? Expected {low:g} to {high:g} {unit} for a concrete; {_INSIST}"
+                )
+        if self.Gf > LONGEST_OPENING * self.ft:
+            raise ParameterError.at(
+                "Gf",
+                f" = {self.Gf:g}: is it in N/mm, and ft = {self.ft:g} in MPa? Gf / ft = {self.Gf / self.ft:.3g} mm; expected "
+                f"at most {LONGEST_OPENING:g} mm for a concrete; {_INSIST}",
+            )
 
     @property
     def G(self) -> float:
@@ -224,12 +253,15 @@ class Concrete:
         return float(shear * (1.0 + self.ft**2 * width / (2 * self.E * self.Gf)))
 
     def check_units(self, crack_length: float) -> None:
-        """Refuse numbers in other units than the length of a crack in mm: their ratios are far from any concrete's.
+        """Refuse numbers in other units than the length of a crack in mm: their ratios are far from any concrete's. Nothing
+        is refused if they are `unusual` on purpose.
 
         Raises
         ------
         SceneError
         """
+        if self.unusual:
+            return
         if not 1e-6 < self.ft / self.E < 1e-2:
             raise SceneError.at(
                 "material.E",
@@ -255,6 +287,16 @@ class Concrete:
 
 
 _POSITIVE = ("E", "ft", "Gf", "h", "m_g", "r_sigma", "c1", "n_g", "c_zn", "c_lm", "Zm")
+
+#: least and largest values in the units of `Concrete`, from aerated mortar to fibre concrete of ultra-high performance.
+#: Model Code 2010: E 21e3 to 46e3, ft 1.6 to 5, Gf .12 to .2; cement paste has a Gf of .01, slurry-infiltrated fibre concrete
+#: an ft of up to 28 and a Gf of some 30; a scaled weight is carried by a large density
+PLAUSIBLE = {"E": (1e3, 2e5), "ft": (0.01, 30.0), "Gf": (1e-4, 50.0), "density": (100.0, 1e7), "fc": (0.1, 1e3)}
+
+#: largest Gf / ft, mm: 0.04 of a plain concrete, 3 of one with fibres, which are pulled out over some 10 mm
+LONGEST_OPENING = 5.0
+
+_INSIST = "if it is meant so, add unusual = true"
 
 #: ft and Gf that are given besides points may differ from theirs by this part
 _AGREEMENT = 1e-6

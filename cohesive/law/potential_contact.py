@@ -9,7 +9,7 @@ keeps the two in series, and gives the asperities an energy per area of the jump
     contact traction  t = k (u - u*) = dV/du*           times omega, as printed
 
 Its traction is the gradient of Psi = min over u* of (u - u*).k.(u - u*)/2 + V(u*): no closed path at constant damage creates
-energy, and with the presets of Table 3 none does while damage grows (u_phi0 > 0 or c_zn = 1 would). Its tangent
+energy, and with the presets of Table 3 none does while damage grows (u_phi0 > 0 would). Its tangent
 T = k A^-1 V'', A = k + V'', is symmetric and never stiffer than k: no band folds in closing. The inelastic jump u* is the same
 at every width.
 In shear at a given opening it is the printed term, (G/h) g n H/(1 - H) as w -> 0. The normal traction has G for E, and

@@ -2,7 +2,8 @@
 
 Exact but for the geometry: every piece of the body has its rigid motions as unknowns, and the rank of the conditions on them
 decides. No stiffness enters, so neither E nor rounding in a factorization does. Two pieces on either side of the crack hang
-together by its interface elements, which are as stiff as concrete until they break; what comes loose then ends the run.
+together by its interface elements, which are as stiff as concrete until they break; what comes loose then ends the run. An
+element whose corners on each side are of one piece holds the two rigidly: they count as one, however many a crack cuts out.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from meshing.cells import CELLS
 from meshing.cutting.pieces import pieces
-from meshing.cutting.stars import owners
+from meshing.cutting.stars import distinct, owners
 from meshing.paths import as_text
 
 from ..algebra.unknowns import Constraint
@@ -97,8 +99,9 @@ class _Pieces:
         blocks = [(block.type, block.data.astype(np.int64)) for block in (*mesh.bulk, *mesh.band)]
         label, points = pieces(blocks), np.asarray(mesh.points, dtype=float)
         nodes = np.concatenate([block.ravel() for _, block in blocks])
-        owner = label[owners(blocks, [block.shape[1] for _, block in blocks])]
-        count = int(label.max()) + 1
+        element = owners(blocks, [block.shape[1] for _, block in blocks])
+        label = _joined(mesh, label, nodes, label[element])
+        owner, count = label[element], int(label.max()) + 1
         pairs = sp.coo_array((np.ones(len(nodes), dtype=bool), (owner, nodes)), shape=(count, len(points))).tocsr()
         owner, nodes = np.repeat(np.arange(count), np.diff(pairs.indptr)), pairs.indices.astype(np.int64)
         of_node = np.full(len(points), -1)
@@ -128,6 +131,33 @@ class _Pieces:
         motion = np.zeros((len(nodes), len(self.size), self.motions))
         motion[np.arange(len(nodes)), owner] = own
         return motion.reshape(len(nodes), len(self.size) * self.motions)
+
+
+def _joined(mesh: CrackedMesh, label: Index, nodes: Index, owner: Index) -> Index:
+    """Pieces of the elements, those joined that crack elements hold rigidly.
+
+    Parameters
+    ----------
+    label : piece of each element
+    nodes, owner : each node of each element and the piece of the element
+    """
+    if mesh.crack is None:
+        return label
+    cell = CELLS[mesh.crack.type]
+    sides = np.concatenate([mesh.crack.data[:, side[: cell.facet_corners]] for side in cell.sides])
+    count, cells = int(label.max()) + 1, len(mesh.crack.data)
+    belongs = sp.coo_array((np.ones(len(nodes)), (nodes, owner)), shape=(len(mesh.points), count)).tocsr()
+    belongs.data[:] = 1.0
+    corners = sp.coo_array(
+        (np.ones(sides.size), (np.repeat(np.arange(len(sides)), sides.shape[1]), sides.ravel())),
+        shape=(len(sides), len(mesh.points)),
+    )
+    found = (corners.tocsr() @ belongs).tocoo()  # corners of a side that are of a piece
+    whole = (found.data == sides.shape[1]) & (distinct(sides)[found.row] >= mesh.dimension)
+    side, piece = found.row[whole], found.col[whole]
+    graph = sp.coo_array((np.ones(len(side)), (piece, count + side % cells)), shape=(count + cells, count + cells))
+    joined = connected_components(graph, directed=False)[1][:count]
+    return np.asarray(np.unique(joined[label], return_inverse=True)[1])
 
 
 @dataclass(frozen=True)

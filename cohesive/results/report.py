@@ -21,6 +21,9 @@ _DEPARTURE = 10.0
 #: a curve is not to be trusted if no energy accounts for more than this part of the work
 _UNBALANCED = 0.05
 
+#: the width of the interface is felt in the curve if it adds more than this part to the elastic compliance
+_ADDED = 0.05
+
 #: the bulk would crack off the path if its major stress over ft is larger in more than this part of its volume
 _OVERLOADED, _OVERLOADED_SHARE = 1.5, 0.1
 
@@ -72,7 +75,8 @@ def warnings(data: RunData) -> list[str]:
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    sentences += [warning for warning in (_overload(data), crushing(data), _locking(data.fields)) if warning]
+    found = (_soft_cracks(data), _overload(data), crushing(data), _locking(data.fields))
+    sentences += [warning for warning in found if warning]
     departure = data.facts.departure
     if departure > _DEPARTURE:
         sentences.append(
@@ -86,9 +90,26 @@ def _crack_line(data: RunData) -> str:
     """What the width of the crack plane adds: to the elastic compliance, or in a band to Gf."""
     if data.is_smeared:
         return data.facts.damaged
-    what = "the opening" if data.gauge_is_elastic else "the driven motion"
     added = 100 * data.added_compliance()
-    return f"elastic compliance of {what}: +{added:.2f} % from the interface width of {data.width:.3g} mm"
+    return f"elastic compliance of {_measured(data)}: +{added:.2f} % from the interface width of {data.width:.3g} mm"
+
+
+def _measured(data: RunData) -> str:
+    """What the elastic compliance is of."""
+    return "the opening" if data.gauge_is_elastic else "the driven motion"
+
+
+def _soft_cracks(data: RunData) -> str:
+    """A warning if the interface's width is felt before anything cracks; empty if not. Crack planes in series, as of a net of
+    cracks, add up."""
+    added = data.added_compliance()
+    if data.is_smeared or added <= _ADDED:
+        return ""
+    enough = 0.99 * _ADDED / added * data.width  # what it adds grows with it
+    return (
+        f"warning: the interface width of {data.width:.3g} mm adds {100 * added:.3g} % to the elastic compliance of "
+        f"{_measured(data)}; with interface.width up to {enough:.3g} it is below {100 * _ADDED:g} %"
+    )
 
 
 def _locking(fields: Fields) -> str:

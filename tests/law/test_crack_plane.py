@@ -71,7 +71,7 @@ BRANCHES = {
     "out of contact by distance": ([0.8, 0.01], 1.2, {}),
     "closed": ([-0.02, 0.01], 0.4, {}),
     "closed and sheared, loading": ([-0.001, 0.6], 0.01, {}),
-    "pure shear": ([0.0, 0.4], 0.1, {"u_phi0": -0.05}),
+    "pure shear": ([0.0, 0.4], 0.1, {"u_phi0": 0.05}),  # off the corner of H
     "small nose": ([5e-4, 3e-3], 8e-3, {}),
 }
 
@@ -157,8 +157,7 @@ def test_without_the_cap_contact_eats_the_strength_of_a_narrow_band() -> None:
 
 
 def test_damage_starts_in_pure_shear_at_its_strength() -> None:
-    m = replace(NARROW.concrete, u_phi0=-100.0)
-    law = CrackPlane(m, 2.0)
+    m, law = NARROW.concrete, NARROW
     s = m.r_sigma * m.ft * law.width / m.G
     for factor, damaged in ((1 - 1e-9, False), (1 + 1e-9, True)):
         _, Z = law.traction(np.array([[0.0, factor * s]]), np.zeros(1))
@@ -192,7 +191,7 @@ def test_signed_distance() -> None:
     np.testing.assert_allclose(NARROW.contact_distance(foot, Z[near])[0], 0.001 * phi[near], atol=1e-9)
 
 
-@pytest.mark.parametrize("u_phi0", [-0.02, 0.0, 0.03])
+@pytest.mark.parametrize("u_phi0", [0.0, 0.01, 0.03])
 def test_nose_and_cone_are_tangent_wherever_the_surface_lies(u_phi0: float) -> None:
     law = CrackPlane(replace(NARROW.concrete, u_phi0=u_phi0), 2.0)
     m, Z = law.concrete, np.array([0.1])
@@ -251,12 +250,13 @@ def test_rotation_in_the_crack_plane() -> None:
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8)])
 def test_dissipation_of_a_proportional_path_is_exact(direction: tuple[float, float]) -> None:
     # work of the damage part less its stored energy, by fine quadrature of t.du, against one and three steps
-    m = replace(NARROW.concrete, u_phi0=-100.0)  # contact out of reach
+    m = NARROW.concrete
     law = CrackPlane(m, 0.3)
     end = 2.0 * m.Zm
     r = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 40_001)]) * end
     path = r[:, None] * np.array(direction)
-    t, Z = law.traction(path, np.zeros(len(r)))
+    Z = law.history(path, np.zeros(len(r)))
+    t = law.undamaged_traction(path, Z)  # without contact
     work = np.sum(0.5 * (t[1:] + t[:-1]) * np.diff(path, axis=0))
     expected = work - law.stored_energy(path[-1:], Z[-1:])[0]
     for steps in (1, 3):
@@ -268,7 +268,7 @@ def test_dissipation_of_a_proportional_path_is_exact(direction: tuple[float, flo
 
 
 def test_dissipation_of_a_bent_path_converges_with_the_square_of_the_step() -> None:
-    law = CrackPlane(replace(NARROW.concrete, u_phi0=-100.0), 0.3)
+    law = CrackPlane(NARROW.concrete, 0.3)
 
     def total(steps: int) -> float:
         t = np.linspace(0, 1, steps + 1)

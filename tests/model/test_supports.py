@@ -121,6 +121,31 @@ def test_a_piece_that_hangs_on_one_node_turns_about_it(tmp_path: Path) -> None:
     assert_said(scene_on(tmp_path, loose, three), r"holds its part of 1 element at .* along x and y and against turning;")
 
 
+def net(nx: int, ny: int) -> list[list[list[float]]]:
+    """Paths along all inner edges of a grid."""
+    upright = [[[float(x), 0.0], [float(x), float(ny)]] for x in range(1, nx)]
+    return upright + [[[0.0, float(y)], [float(nx), float(y)]] for y in range(1, ny)]
+
+
+@pytest.mark.parametrize(
+    ("nx", "ny", "kind"), [(67, 3, "quad"), (101, 2, "triangle"), (202, 1, "quad"), (67, 3, "quad8"), (40, 40, "quad")]
+)
+def test_a_crack_on_every_edge_leaves_one_body(nx: int, ny: int, kind: str, tmp_path: Path) -> None:
+    """More than 200 pieces, which crack elements hold together until they break."""
+    three = held(([0, 0], [1, 0]), ([0, 0], [0, 1]), ([nx, 0], [0, 1]))
+    mesh = grid(nx, ny, kind)
+    assert_said(scene_on(tmp_path, mesh, three, crack=net(nx, ny)), "")
+    assert_said(scene_on(tmp_path, mesh, three[:2], crack=net(nx, ny)), r"nothing holds it against turning about \(0, 0\);")
+    # a square beside it that no crack element holds is named by itself
+    at = len(mesh.points)
+    beside = np.array([[-2.0, 0.0], [-1.0, 0.0], [-1.0, 1.0], [-2.0, 1.0]])
+    if kind == "quad":
+        two = meshio.Mesh(np.concatenate([mesh.points, beside]), [(kind, np.vstack([mesh.cells[0].data, at + np.arange(4)]))])
+        drive = {"at": [float(nx), float(ny)], "direction": Y[:2]}
+        loose = scene_on(tmp_path, two, three, crack=net(nx, ny), drive=drive)
+        assert_said(loose, r"nothing holds its part of 1 element at \(-1.5, 0.5\) along x and y and against turning;")
+
+
 def test_a_support_that_gives_way_holds(tmp_path: Path) -> None:
     supports = held(*PLANE["held"][0])
     supports[0]["stiffness"] = 1e-3

@@ -47,3 +47,14 @@ def test_planes_that_depart_from_the_path_are_warned_of() -> None:
     assert result.facts.departure == pytest.approx(np.degrees(np.arctan(0.4)), abs=1.0)
     assert any("the crack planes depart from the path by 22 degrees" in warning for warning in warnings(result))
     assert run(block(model__kind="smeared")).facts.departure == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("width", [2.1, 4.0, 40.0])
+def test_a_width_that_is_felt_is_warned_of_with_one_that_is_not(width: float) -> None:
+    """A bar of 40 mm: each mm of width is a mm of concrete more, 2.5 % of the compliance."""
+    elastic = [{"control": "driven", "to": 1e-4, "steps": 1}]
+    (sentence,) = (note for note in warnings(run(block(interface__width=width, stage=elastic))) if "compliance" in note)
+    assert f"adds {100 * width / 40:.3g} % to the elastic compliance of the driven motion" in sentence
+    enough = float(sentence.split("interface.width up to ")[1].split(" it")[0])
+    assert enough == pytest.approx(2.0, rel=0.02)
+    assert not any("compliance" in note for note in warnings(run(block(interface__width=enough, stage=elastic))))

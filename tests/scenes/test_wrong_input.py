@@ -141,9 +141,12 @@ def test_a_path_that_does_not_work_is_named(case: str) -> None:
 
 
 WRONG_PHYSICS = {
-    "E in GPa": ({"material.E": 37.0}, r"material.E = 37.*both in MPa"),
-    "ft in Pa": ({"material.ft": 3.4e6}, r"material.ft = 3.4e\+06.*both in MPa"),
-    "Gf in N/m": ({"material.Gf": 70.0}, r"material.Gf = 70: softening would end .*N/mm"),
+    "E in GPa": ({"material.E": 37.0}, r"material.E = 37: is it in MPa\?"),
+    "ft in Pa": ({"material.ft": 3.4e6}, r"material.ft = 3.4e\+06: is it in MPa\?"),
+    "Gf in N/m": ({"material.Gf": 70.0}, r"material.Gf = 70: is it in N/mm\?"),
+    "ft with its point a digit off": ({"material.ft": 33.0}, r"material.ft = 33: is it in MPa\?"),
+    "ft far below E": ({"material.ft": 0.03}, r"material.E = 37000, material.ft = 0.03: .*both in MPa"),
+    "much fibre, small beam": ({"material.Gf": 17.0, "material.c1": 10.0}, r"material.Gf = 17: softening would end .*N/mm"),
     "a width of a metre": ({"interface.width": 1000.0}, r"interface.width = 1000: expected between"),
     "no width at all": ({"interface.width": 1e-9}, r"interface.width = 1e-09: expected between"),
     "sliding of a symmetric beam": ({"stage.0.control": "sliding"}, r"stage.0.control = 'sliding': the drive does not"),
