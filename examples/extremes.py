@@ -206,7 +206,7 @@ def grid(folder: Path, name: str, height: float = 5.0, bend: float = 0.0, length
         },
         "material": {
             "preset": "reinhardt", "E": m.E * force / length**2, "ft": m.ft * force / length**2, "Gf": m.Gf * force / length,
-            "h": m.h * length,
+            "h": m.h * length, "unusual": True,
         },
         "stage": [{"control": "opening", "to": 0.1 * length, "steps": 30}],
     }  # fmt: skip
