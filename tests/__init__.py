@@ -12,7 +12,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path from a face, from a .geo file, on turned meshes, from two notches
     measured/test_reading.py                 a million rows
-    meshing/files/test_random_meshes.py      200 random meshes, 400 damaged ones
+    meshing/files/test_random_meshes.py      200 random meshes, 500 damaged ones
     model/test_beams.py                      elements that crack everywhere
     model/test_blocks.py                     bars with bands of a third width and of nine elements
     model/test_condensed_and_rotated.py      beams with and without condensation

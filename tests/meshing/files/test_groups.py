@@ -7,14 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohesive import Scene, run
+from cohesive import run
 from meshing import MeshError
 from meshing.files.reading import cell_members, load
 from meshing.generation.session import session
-
-#: stiffness of an elastic plate 100 x 60 x 20 mm with a crack plane of width w across its middle: E A / (H + w)
-E, WIDTH, MOTION = 30e3, 0.5, 0.005
-LOAD = E * 100.0 * 20.0 * MOTION / (60.0 + WIDTH)
+from tests.meshing.files.plate import LOAD, MOTION, E, scene
 
 
 def write_plate(path: Path, version: float, binary: bool, save_all: bool = False) -> Path:
@@ -46,26 +43,14 @@ def write_plate(path: Path, version: float, binary: bool, save_all: bool = False
     return path
 
 
-def scene(path: Path, **specimen: object) -> Scene:
-    supports = [{"at": "bottom", "direction": [0, 1]}, {"at": "corner", "direction": [1, 0]}]
-    plate = {"kind": "mesh", "file": str(path), "thickness": 20.0, "crack": "fault", "supports": supports}
-    return Scene(
-        {
-            "specimen": plate | {"drive": {"at": "top", "direction": [0, 1]}} | specimen,
-            "material": {"E": E, "nu": 0.2, "ft": 3.0, "Gf": 0.1},
-            "interface": {"width": WIDTH},
-            "stage": [{"control": "driven", "to": MOTION, "steps": 1}],
-        }
-    )
-
-
 @pytest.mark.parametrize("binary", [False, True])
 @pytest.mark.parametrize("version", [2.2, 4.1])
 def test_every_group_holds_its_own(version: float, binary: bool, tmp_path: Path) -> None:
     path = write_plate(tmp_path / "plate.msh", version, binary)
     sizes = {name: sum(map(len, at)) for name, at in cell_members(load(path)).items()}
     assert sizes == {"bottom": 2, "top": 2, "fault": 2, "ends": 4, "lower": 4, "body": 8, "corner": 1}
-    assert run(scene(path)).history["load"][-1] == pytest.approx(LOAD, rel=1e-12)
+    pinned = [{"at": "bottom", "direction": [0, 1]}, {"at": "corner", "direction": [1, 0]}]
+    assert run(scene(path, supports=pinned)).history["load"][-1] == pytest.approx(LOAD, rel=1e-12)
     both = {"name": {"plus": "top", "minus": "bottom", "direction": [0, 1]}}
     gauged = run(scene(path, gauges=both))
     assert gauged.history["name"][-1] == pytest.approx(MOTION, rel=1e-12)

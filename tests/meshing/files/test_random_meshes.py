@@ -5,19 +5,19 @@ A plate 100 x 60 x 20 mm with a crack plane of width w across its middle, pulled
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 
-from cohesive import Scene, SceneError, run
+from cohesive import SceneError, run
 from cohesive.arrays import Array, Index
 from meshing import MeshError
 from meshing.cells import CELLS
+from tests.meshing.files.plate import LOAD, scene
 
-E, WIDTH, MOTION = 30e3, 0.5, 0.005
-LOAD = E * 100.0 * 20.0 * MOTION / (60.0 + WIDTH)
 FORMATS = ["inp", "msh2", "msh2b", "msh4", "msh4b"]
 
 
@@ -96,44 +96,30 @@ def written(mesh: meshio.Mesh, folder: Path, form: str) -> Path:
     return path
 
 
-def scene(path: Path) -> Scene:
-    supports = [{"at": "bottom", "direction": [0, 1]}, {"at": [0, 0], "direction": [1, 0]}]
-    specimen = {"kind": "mesh", "file": str(path), "thickness": 20.0, "crack": "fault", "supports": supports}
-    specimen["drive"] = {"at": "top", "direction": [0, 1]}
-    return Scene(
-        {
-            "specimen": specimen,
-            "material": {"E": E, "nu": 0.2, "ft": 3.0, "Gf": 0.1},
-            "interface": {"width": WIDTH},
-            "stage": [{"control": "driven", "to": MOTION, "steps": 1}],
-        }
-    )
+def random_files(seed: int, folder: Path) -> Iterator[tuple[np.random.Generator, Path, str]]:
+    """Ten files of random plates, each with what chose them and a name."""
+    rng = np.random.default_rng(seed)
+    for number in range(10):
+        form = str(rng.choice(FORMATS))
+        own = folder / f"{number}"
+        own.mkdir()
+        yield rng, written(random_plate(rng), own, form), f"{form}, number {number}"
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(20))
 def test_whole_files_carry_the_load(seed: int, tmp_path: Path) -> None:
     """Ten of each seed: 200."""
-    rng = np.random.default_rng(seed)
-    for number in range(10):
-        form = str(rng.choice(FORMATS))
-        folder = tmp_path / f"{number}"
-        folder.mkdir()
-        path = written(random_plate(rng), folder, form)
+    for _, path, what in random_files(seed, tmp_path):
         load = run(scene(path)).history["load"][-1]
-        assert load == pytest.approx(LOAD, rel=1e-6), f"{form}, number {number}"
+        assert load == pytest.approx(LOAD, rel=1e-6), what
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(100, 150))
 def test_damaged_files_carry_the_load_or_are_refused(seed: int, tmp_path: Path) -> None:
     """Cut short, a line gone or given twice, bytes changed: one sentence, or what was changed does not matter."""
-    rng = np.random.default_rng(seed)
-    for number in range(10):
-        form = str(rng.choice(FORMATS))
-        folder = tmp_path / f"{number}"
-        folder.mkdir()
-        path = written(random_plate(rng), folder, form)
+    for rng, path, _ in random_files(seed, tmp_path):
         content, how = bytearray(path.read_bytes()), rng.integers(4)
         at = int(rng.integers(len(content)))
         if how == 0:
