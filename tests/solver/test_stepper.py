@@ -73,7 +73,8 @@ def test_dissipation_stages_end_at_their_targets(beam: Scene, tol: float) -> Non
     stages = [{"control": "dissipation", "to": [20.0, 40.0], "steps": 20}]
     result = run(beam.with_(**{"solver.tol": tol}).with_(stage=stages))
     assert result.dissipated_energy == pytest.approx(40.0, abs=3 * tol)
-    assert np.diff(result.history["dissipated"][1:]).min() > 0.4  # halved steps of 1 N mm, none for a rest within tol
+    # from the onset steps of 1 N mm are halved down to a sixteenth; none is for a rest within tol
+    assert np.diff(result.history["dissipated"][1:]).min() > 0.06
 
 
 def test_reversals_start_small_whatever_controls_them() -> None:
