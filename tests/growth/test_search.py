@@ -29,6 +29,7 @@ from tests.growth.beams import eccentric_beam, outlined_beam, turned
 TURN = 37.0
 
 
+@pytest.mark.long
 def test_a_run_finds_its_path_and_repeats_without_the_search(tmp_path: Path) -> None:
     """The crack leans towards the load from notch to face, by the 24 to 34 degrees of published trials in its lower half;
     the saved scene gives the same history to the last digit."""
