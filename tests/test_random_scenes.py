@@ -74,6 +74,12 @@ def test_twins_follow_from_a_scene(seed: int) -> None:
 
 
 @pytest.mark.slow
+def test_a_line_search_ends_if_a_point_has_no_solution_at_the_full_step() -> None:
+    """Nor did a shorter one lower the residual: it went on to a length of 0."""
+    assert outcome(random_scene(92032)).status == "ended"
+
+
+@pytest.mark.slow
 def test_newton_that_alternates_under_dissipation_control_is_led_on() -> None:
     result = run(random_scene(283))
     assert any("alternates from dissipation" in note for note in result.notes)
