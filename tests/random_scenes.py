@@ -1,9 +1,10 @@
 """Random valid scenes, plausible ones and extreme ones, and what becomes of them.
 
-    python -m tests.random_scenes [--count 1000] [--extreme] [--first SEED] [--condensed]
+    python -m tests.random_scenes [--count 1000] [--extreme] [--first SEED] [--condensed | --twins]
 
 prints a table of the outcomes, the errors of the energy balance, and the slowest runs. With `--condensed` each is run with
-and without condensation at the tightest tolerance, and the largest difference of the histories is printed.
+and without condensation at the tightest tolerance, and the largest difference of the histories is printed. With `--twins`
+each small one is run in other units, of another thickness and in a mirror, and the differences are printed.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from tqdm import tqdm
 from cohesive import NotConverged, Result, Scene, SceneError, run
 from cohesive.scenes.scene import built_in
 from meshing import MeshError
+from tests.twins import Twin, mirrored, scaled, thicker
 
 #: what sets energy free that the balance shows, and is said in a note
 NAMED = re.compile("snaps at|goes back from|lets go of|the crack has run through")
@@ -163,6 +165,25 @@ def difference(seed: int) -> float | None:
     return max(float(abs(one[name] - other[name]).max() / max(abs(one[name]).max(), 1e-300)) for name in names)
 
 
+def twins(scene: Scene) -> dict[str, Twin]:
+    """The twins of a scene by name. Units change by powers of four, of which a Cholesky factor takes whole roots: every bit of
+    the numbers stays."""
+    found = {"scaled": scaled(scene, 4.0, 2.0)}
+    if scene.dimension == 2:
+        found |= {"thicker": thicker(scene, 4.0), "mirrored": mirrored(scene)}
+    return found
+
+
+def twin_differences(seed: int) -> dict[str, float] | None:
+    """Differences of the histories of a small scene's twins from what follows from its own; None if it stops."""
+    scene = random_scene(seed, small=True)
+    try:
+        own = run(scene).history
+        return {name: twin.difference(own, run(twin.scene).history) for name, twin in twins(scene).items()}
+    except NotConverged:
+        return None
+
+
 def table(count: int, extreme: bool = False, first: int = 0) -> list[Outcome]:
     """Run so many scenes and print what became of them."""
     found = []
@@ -196,9 +217,13 @@ if __name__ == "__main__":
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--extreme", action="store_true")
     parser.add_argument("--condensed", action="store_true")
+    parser.add_argument("--twins", action="store_true")
     options = parser.parse_args()
-    if options.condensed:
-        seeds = range(options.first, options.first + options.count)
+    seeds = range(options.first, options.first + options.count)
+    if options.twins:
+        for seed in seeds:
+            print(seed, twin_differences(seed), flush=True)
+    elif options.condensed:
         differences = {seed: value for seed in seeds if (value := difference(seed)) is not None}
         worst = sorted(differences, key=lambda seed: -differences[seed])[:5]
         print(f"{len(differences)} compared, largest: " + ", ".join(f"seed {s} {differences[s]:.1e}" for s in worst))

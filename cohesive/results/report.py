@@ -21,6 +21,9 @@ _DEPARTURE = 10.0
 #: a curve is not to be trusted if no energy accounts for more than this part of the work
 _UNBALANCED = 0.05
 
+#: and from this part on its summary names the step at fault
+_DOUBTED = 0.01
+
 #: the width of the interface is felt in the curve if it adds more than this part to the elastic compliance
 _ADDED = 0.05
 
@@ -44,7 +47,7 @@ def summary(data: RunData) -> str:
         f"energy balance: work {h['work'][-1]:.5g} = "
         + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
         + f" N mm, error {data.energy_error:.1e} of the work"
-        + (": smaller steps will close it" if data.energy_error > 1e-2 else ""),
+        + (_worst_step(data) if data.energy_error > _DOUBTED else ""),
         _crack_line(data),
         f"steps: {data.steps}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
@@ -56,9 +59,22 @@ def _full_energy(data: RunData) -> str:
     if data.full_energy is None:
         return ""
     left = 1.0 - data.history["dissipated"][-1] / data.full_energy
-    rest = f"{100 * left:.1f} % is left" if left >= 0 else "sliding takes more, and contact returns some of it"
     width = "l_ch" if data.is_smeared else "w"
-    return f" of {data.full_energy:.5g} N mm = (Gf + ft^2 {width} / 2E) x crack area; {rest}"
+    opening = f" of {data.full_energy:.5g} N mm = (Gf + ft^2 {width} / 2E) x crack area"
+    if left >= 0:
+        return f"{opening}; {100 * left:.1f} % is left"
+    material = data.scene.material
+    sliding = material.most_dissipated(data.width) * material.Gf * (data.facts.crack_area or 0.0)
+    return f"{opening}, which opening alone takes; sliding alone takes up to {sliding:.5g} N mm, and more under pressure"
+
+
+def _worst_step(data: RunData) -> str:
+    """Which step leaves most of the work unaccounted for, in words."""
+    errors = abs(np.diff(data.unaccounted))
+    row = 1 + int(errors.argmax())
+    place = f"{data.controlled} {data.history[data.controlled][row]:.4g} mm"
+    share = 100 * errors[row - 1] / errors.sum()
+    return f"; {share:.0f} % of it comes with step {row}, up to {place}: smaller steps will close it"
 
 
 def warnings(data: RunData) -> list[str]:

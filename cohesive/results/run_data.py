@@ -139,13 +139,17 @@ class RunData:
         return (material.Gf + material.ft**2 * self.facts.width / (2 * material.E)) * area
 
     @property
+    def unaccounted(self) -> Array:
+        """External work less all energies, each integrated on its own, (rows,), N mm."""
+        h = self.history
+        return np.asarray(h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"] - h["released"])
+
+    @property
     def energy_error(self) -> float:
         """Largest difference between external work and energies, each integrated on its own, over the largest work."""
-        h = self.history
         if not self.steps:
             return 0.0
-        error = h["work"] - h["elastic"] - h["stored"] - h["dissipated"] - h["contact_work"] - h["released"]
-        return float(abs(error).max() / max(abs(h["work"]).max(), 1e-300))
+        return float(abs(self.unaccounted).max() / max(abs(self.history["work"]).max(), 1e-300))
 
     @property
     def agreement(self) -> list[Agreement]:

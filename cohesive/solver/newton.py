@@ -85,24 +85,30 @@ def _search(at: Callable[[Array, float], Iterate], now: Iterate, step: Array) ->
 
     The length is 1 if none lowers the residual. At a corner of the law it may have to rise: a point that is
     about to be damaged passes from its stiffest to a falling branch, and only the tangent beyond the corner
-    knows the way on. A step in which a point has no solution is shortened.
+    knows the way on. A step in which a point has no solution is shortened; if no shorter one lowers the residual either, it
+    fails for that point.
     """
     merit, size = now.merit(now.scale), 1.0
     full: Iterate | None = None
+    failure: PointFailure | NoContact | None = None
     while True:
         value = np.inf
         try:
             new = at(now.v + size * step[:-1], now.load + size * float(step[-1]))
             value = new.merit(now.scale)
             full = new if size == 1.0 else full
-        except (PointFailure, NoContact):
+        except (PointFailure, NoContact) as error:
             if size < SMALLEST_BEFORE_FAILURE:
                 raise
+            failure = error
         if value < (1.0 - DECREASE * size) * merit:
             return new, size
         curvature = (value**2 - merit**2 * (1.0 - 2.0 * size)) / size**2
         size *= float(np.clip(merit**2 / curvature / size, 0.1, 0.5)) if curvature > 0 else 0.1  # else no number
-        if size < SMALLEST_LENGTH and full is not None:
+        if size < SMALLEST_LENGTH:
+            if full is None:
+                assert failure is not None
+                raise failure
             return full, 1.0
 
 

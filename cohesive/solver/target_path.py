@@ -27,6 +27,14 @@ REVERSAL_STEP = 0.25
 #: part of the fracture energy
 _KEPT_LOAD, _LOST_ENERGY = 0.7, 0.05
 
+#: a step by dissipation from the onset on bends too far, from the elastic line towards the peak, if more than this part of the
+#: work is unaccounted for in it, and is then cut, down to the second part of the nominal step
+_BENT, _SMALLEST_BENT = 5e-3, 2.0**-6
+
+#: up to this part of the first nominal step a body counts as intact; no sum of halved steps ends there, so that rounding does
+#: not tell
+_INTACT = 0.9
+
 
 @dataclass
 class TargetPath(Resumable):
@@ -157,12 +165,21 @@ class TargetPath(Resumable):
         trial = advance_past_onset(self.problem, self.state, self.stage.control, to, self._reversal)
         if self._control.is_motion and self._direction * self._value >= 0 and self._jumps(trial.state):
             raise NotConverged("the step jumps over states in which the motion goes back")
+        if self._control.begins_at_onset and self._bends(trial.state):
+            raise NotConverged("the step bends from the elastic line towards the peak")
         return trial
 
     def _jumps(self, after: State) -> bool:
         """Whether a loading step has lost so much load and energy that it must have passed over a snap-back."""
         lost = after.unaccounted - self.state.unaccounted
         return after.load < _KEPT_LOAD * self.state.load and lost > _LOST_ENERGY * self.problem.energy
+
+    def _bends(self, after: State) -> bool:
+        """Whether a step of a body that is still all but intact is too large for the trapezoidal rule of its work. Where
+        dissipation has begun before, the targets of cut steps would move with whatever moves that."""
+        is_intact = self._start == 0.0 and self.state.dissipated < _INTACT * self._nominal
+        lost = abs(after.unaccounted - self.state.unaccounted)
+        return is_intact and self._size > _SMALLEST_BENT * self._nominal and lost > _BENT * abs(after.work)
 
     def _cut(self, error: NotConverged) -> None:
         self._cuts += 1

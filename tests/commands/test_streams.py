@@ -28,13 +28,15 @@ def shell(line: str, **environment: str) -> subprocess.CompletedProcess[str]:
     ("streams", "said"),
     [
         ("2>&-", ""),
-        (">&-", ""),
-        ("<&- >&- 2>&-", ""),
+        pytest.param(">&-", "", marks=pytest.mark.long),
+        pytest.param("<&- >&- 2>&-", "", marks=pytest.mark.long),
         (">/dev/full", "cohesive: what was printed could not be written: No space left on device"),
-        ("-v >/dev/full", "cohesive: what was printed could not be written: No space left on device"),
-        ("2>/dev/full", ""),
+        pytest.param(
+            "-v >/dev/full", "cohesive: what was printed could not be written: No space left on device", marks=pytest.mark.long
+        ),
+        pytest.param("2>/dev/full", "", marks=pytest.mark.long),
         ("-v | head -1; exit ${PIPESTATUS[0]}", ""),
-        ("| true; exit ${PIPESTATUS[0]}", ""),
+        pytest.param("| true; exit ${PIPESTATUS[0]}", "", marks=pytest.mark.long),
     ],
 )
 def test_a_run_is_saved_whatever_its_streams_are(streams: str, said: str, tmp_path: Path) -> None:

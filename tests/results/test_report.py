@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,30 @@ def test_work_that_is_not_accounted_for_is_a_warning() -> None:
     result = run(block(stage=[{"control": "opening", "to": 0.2, "steps": 1}]))
     assert result.energy_error > 0.05
     assert any("% of the work are unaccounted for" in note for note in warnings(result))
+
+
+def test_the_step_that_leaves_work_unaccounted_for_is_named() -> None:
+    """Small steps to the peak and beyond, then large ones."""
+    stages = [{"control": "opening", "to": 0.01, "steps": 20}, {"control": "opening", "to": 0.06, "steps": 1}]
+    result = run(block(stage=stages))
+    assert result.unaccounted[0] == 0.0 and result.energy_error == abs(result.unaccounted).max() / result.history["work"].max()
+    (line,) = (line for line in result.summary().splitlines() if line.startswith("energy balance"))
+    assert re.search(r"; \d+ % of it comes with step 21, up to opening 0\.0\d+ mm: smaller steps will close it$", line)
+    fine = run(block(stage=[{"control": "opening", "to": 0.06, "steps": 120}]))
+    assert "comes with step" not in fine.summary()
+
+
+@pytest.mark.parametrize(("angle", "said"), [(0.0, " % is left"), (90.0, "which opening alone takes; sliding alone takes")])
+def test_what_a_crack_may_dissipate_is_said(angle: float, said: str) -> None:
+    stage = [{"control": "driven", "to": 0.2, "steps": 10}]
+    sheared = {"specimen__drive_angle": angle, "specimen__faces": "clamped", "mesh__crack_size": 40.0, "mesh__far_size": 40.0}
+    result = run(block(**sheared, stage=stage))
+    (line,) = (line for line in result.summary().splitlines() if line.startswith("dissipated"))
+    assert said in line and (result.dissipated_energy > result.full_energy) == (angle > 0)
+    if angle:  # a shear stress of r_sigma ft at the onset: r_sigma^2 E/G times the energy of opening
+        m = result.scene.material
+        most = m.r_sigma**2 * m.E / m.G * result.full_energy
+        assert f"up to {most:.5g} N mm" in line and result.dissipated_energy < most
 
 
 def test_a_bulk_that_would_crack_is_warned_of() -> None:

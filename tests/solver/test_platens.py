@@ -21,7 +21,7 @@ def test_the_ratio_is_that_of_the_platens_motion(model: str) -> None:
     assert result.energy_error < 2e-2
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_a_platen_free_across_feels_its_spring_only(model: str) -> None:
     scene = Scene.load("push-off").with_(
         **{"mesh.crack_size": 50.0, "mesh.far_size": 60.0, "stage.1.to": 1.0, "stage.1.steps": 20, "output.frames": 0}

@@ -17,7 +17,7 @@ def turns(result: Result) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.flatnonzero(np.diff(np.sign(np.diff(result.history["opening"])))) + 1
 
 
-@pytest.mark.parametrize("model", ["discrete", "smeared"])
+@pytest.mark.parametrize("model", ["discrete", pytest.param("smeared", marks=pytest.mark.long)])
 def test_unloading_after_each_target(model: str) -> None:
     stage = {"control": "opening", "to": [0.01, 0.02, 0.03], "step": 0.001, "unload": {"stress_n": -3.0}}
     result = run(block(stage=[{"control": "opening", "to": 0.005, "steps": 20}, stage]), model)

@@ -119,6 +119,7 @@ def test_a_mesh_of_the_users_has_no_sizes(tmp_path: Path) -> None:
         settings_for(Scene(OF_A_FILE, tmp_path), 0.01)
 
 
+@pytest.mark.long
 def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     mine = BARE.with_(**{"material.Gf": 0.06, "mesh.crack_size": 2.5, "mesh.far_size": 12.5, "stage.0.steps": 20})

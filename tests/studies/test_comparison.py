@@ -95,6 +95,7 @@ def test_along_paths_a_kinked_path() -> None:
     np.testing.assert_allclose(along_paths(np.array([[0.0, 1.0], [0.1, 4.0]]), []), [0.0, 3.0])
 
 
+@pytest.mark.long
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     changes = ["mesh.crack_size=5.0", "mesh.far_size=12.0", "stage.0.steps=8", "output.frames=1"]
     arguments = ["compare", "notched-beam", "-o", str(tmp_path / "out")]

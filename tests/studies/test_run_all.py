@@ -5,6 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+import pytest
 
 from cohesive import run
 from cohesive.studies.pool import run_all
@@ -21,6 +22,7 @@ def test_results_come_in_the_order_of_the_scenes() -> None:
     np.testing.assert_array_equal(here.history["load"], there.history["load"])
 
 
+@pytest.mark.long
 def test_without_an_executor_they_run_in_processes() -> None:
     (results,) = run_all(SCENES[:1])
     np.testing.assert_array_equal(results.history["load"], run(SCENES[0]).history["load"])
