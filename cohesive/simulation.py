@@ -141,8 +141,8 @@ def _march(
                 write(row)
             stepper = solve(built.problem, scene.stages, built.recorded, scene.solver.step_growth, notes)
             built = replace(built, problem=stepper.problem)
-            if stood is not None:
-                stepper.go_on_from(stood)
+            if last is not None and stood is not None:
+                last.restore(stepper, stood)
                 notes = stepper.notes
             with checkpoint_writer(output, scene, tangent, found, built.mesh.points, size) as set_down:
                 if not record.rows:

@@ -13,6 +13,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path repeated, from a face, from a .geo file, on turned meshes, from two notches
     measured/test_reading.py                 a million rows
+    measured/test_random_tables.py           450 of 500 random tables
     meshing/files/test_random_meshes.py      200 random meshes, 500 damaged ones
     model/test_beams.py                      elements that crack everywhere
     model/test_blocks.py                     bars with bands of a third width and of nine elements
@@ -23,7 +24,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     model/test_user_meshes.py                a band from a file, solid meshes
     outcome/test_page.py                     a movie
     outcome/test_pickle.py                   comparisons, processes, sizes
-    results/test_checkpoints.py              checkpoints at two more rows, within a snap-back, and after SIGKILL
+    results/test_checkpoints.py              checkpoints at two more rows, in a snap-back, after SIGKILL, with wrong entries
     results/test_inputs.py                   copies that stay, and that do not
     scenes/test_damaged_scenes.py            500 damaged scenes where 100 run by default
     solver/test_newton.py                    the secant tangent of a band

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import io
 import os
+import select
 import sys
 from typing import Any, TextIO
 
@@ -26,7 +27,9 @@ class _Patient(io.FileIO):
         """Write bytes; their number."""
         if self.failure is None:
             try:
-                return super().write(content)
+                while (count := super().write(content)) is None:  # a pipe that does not block is full: its reader is slow
+                    select.select([], [self], [])
+                return count
             except OSError as error:
                 self.failure = error
         return memoryview(content).nbytes

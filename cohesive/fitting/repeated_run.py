@@ -16,6 +16,7 @@ from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
 from ..model.model import Model
 from ..model.prepared import Prepared, prepare
+from ..scenes.inputs import table_hint
 from ..scenes.scene import Scene
 from ..solver.problem import Problem
 from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
@@ -253,5 +254,6 @@ def value_of(scene: Scene, key: str) -> float:
     if place is None and key.startswith("material.") and key.count(".") == 1:  # a default, or one of a preset
         place = getattr(scene.material, key.split(".")[1], None)
     if isinstance(place, bool) or not isinstance(place, (int, float)):
-        raise SceneError(f"{key}: the scene has no number there; expected a key with a number as its start", key)
+        meant = table_hint(key)
+        raise SceneError(f"{key}: the scene has no number there{meant}; expected a key with a number as its start", key)
     return float(place)

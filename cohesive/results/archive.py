@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from io import SEEK_END, BytesIO
-from typing import IO, Any
+from types import NoneType, UnionType
+from typing import IO, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -85,7 +87,46 @@ def _together(entry: Any, arrays: Mapping[str, Array], classes: Mapping[str, typ
     if kind == _TUPLE:
         return tuple(_together(each, arrays, classes) for each in value)
     table = {name: _together(each, arrays, classes) for name, each in value.items()}
-    return table if kind == _TABLE else classes[kind](**table)
+    if kind == _TABLE:
+        return table
+    check_fits(classes[kind], table)
+    return classes[kind](**table)
+
+
+def check_fits(cls: type, table: Mapping[str, Any]) -> None:
+    """Refuse values of attributes that are not what the class says they are; TypeError."""
+    hints = _hints(cls)
+    for name, value in table.items():
+        if not fits(value, hints.get(name, Any)):
+            raise TypeError(f"{cls.__name__}.{name} is {type(value).__name__}, which it cannot be")
+
+
+def fits(value: Any, hint: Any) -> bool:
+    """Whether a value is what a type hint says: one of numbers, text, arrays, lists, tuples, mappings and data classes."""
+    kind, inner = get_origin(hint) or hint, get_args(hint)
+    if kind is Any:
+        return True
+    if kind in (Union, UnionType):
+        return any(fits(value, each) for each in inner)
+    if kind is Literal:
+        return isinstance(value, str) and value in inner
+    if kind is np.ndarray:
+        return isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
+    if kind in (list, Sequence):
+        return isinstance(value, (list, tuple)) and all(fits(each, inner[0]) for each in value)
+    if kind is tuple:
+        wanted = [inner[0]] * len(value) if inner[1:] == (...,) and isinstance(value, tuple) else list(inner)
+        return isinstance(value, tuple) and len(value) == len(wanted) and all(map(fits, value, wanted))
+    if kind in (dict, Mapping):
+        return isinstance(value, dict) and all(fits(name, inner[0]) and fits(value[name], inner[1]) for name in value)
+    if kind in (float, int):
+        return isinstance(value, (int, float) if kind is float else int) and not isinstance(value, bool)
+    return isinstance(value, NoneType if kind is None else kind)
+
+
+@cache
+def _hints(cls: type) -> dict[str, Any]:
+    return get_type_hints(cls)
 
 
 def packed(value: Any) -> bytes:

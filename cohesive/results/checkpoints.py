@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 
@@ -18,9 +18,9 @@ from ..growth.found import FoundPath, Vertex
 from ..scenes.scene import Scene
 from ..solver.loading import Actuator, Loading
 from ..solver.newton import Equilibrium
-from ..solver.problem import Springs, State
+from ..solver.problem import Problem, Springs, State
 from ..solver.steps import Step
-from .archive import classes_in, packed, unpacked
+from .archive import check_fits, classes_in, fits, packed, taken_apart, unpacked
 from .files import package_version
 
 if TYPE_CHECKING:
@@ -35,6 +35,17 @@ _CLASSES = (Actuator, Equilibrium, Loading, Springs, State, Step)
 
 #: a row of the history and its state
 Done = tuple[dict[str, float], State]
+
+
+class _Head(TypedDict):
+    """The first value in the file."""
+
+    version: str
+    folder: str
+    scene: str
+    tangent: Literal["consistent", "secant"]
+    found: FoundPath | None
+    nodes: Array
 
 
 @dataclass(frozen=True)
@@ -74,8 +85,10 @@ class Checkpoint:
             with open(path, "rb") as file:
                 head = unpacked(file, FoundPath, Vertex)
                 begin = file.tell()
-            if head["version"] != version:
-                raise SceneError(f"'{path}': was written by version {head['version']}; expected {version}")
+            if not isinstance(head, dict) or head["version"] != version:
+                written = str(head["version"])[:40] if isinstance(head, dict) else "none"
+                raise SceneError(f"'{path}': was written by version {written}; expected {version}")
+            check_fits(_Head, head)
             scene = Scene(json.loads(head["scene"]), head["folder"])
             return cls(path, scene, head["tangent"], head["found"], head["nodes"], begin)
         except FileNotFoundError:
@@ -104,18 +117,71 @@ class Checkpoint:
                 "kind of machine, or a run from the beginning"
             )
         rows: list[Done] = []
-        stepper, size = None, self.begin
+        stepper, size, initial = None, self.begin, model.problem.initial()
+        shapes = _shapes(initial)
         try:
             with open(self.path, "rb") as file:
                 file.seek(size)
                 while True:
-                    own, stepper = unpacked(file, *_CLASSES, *classes_in(model.problem.initial()))
+                    own, stepper = unpacked(file, *_CLASSES, *classes_in(initial))
+                    _check_rows(own, [column.name for column in model.columns], [*rows[:1], *own])
+                    for state in _states_in([own, stepper]):
+                        if not _is_like(_shapes(state), shapes):
+                            raise ValueError("a state has other unknowns or points than the model")
                     rows += own
                     size = file.tell()
         except EOFError:  # a run may be killed while the last one is written
             return rows, stepper, size
         except (OSError, AttributeError, KeyError, ValueError, TypeError) as error:
             raise _refused(self.path, error) from None
+
+    def restore(self, stepper: LoadStepper, data: dict[str, Any]) -> None:
+        """Let a stepper stand where that of the run stood; SceneError if the data are not those of one with these stages."""
+        from ..solver.stepper import LoadStepper
+        from ..solver.target_path import TargetPath
+
+        try:
+            check_fits(LoadStepper, {name: data[name] for name in LoadStepper.moving})
+            check_fits(Problem, data["problem"])
+            if data["path"] is not None:
+                check_fits(TargetPath, {name: data["path"][name] for name in TargetPath.moving})
+            stepper.go_on_from(data)
+        except (IndexError, AttributeError, KeyError, ValueError, TypeError) as error:
+            raise _refused(self.path, error) from None
+
+
+def _check_rows(rows: Any, columns: Sequence[str], first: list[Done]) -> None:
+    if fits(rows, list[tuple[dict[str, float], State]]):
+        kinds = {name: type(value) for row, _ in first[:1] for name, value in row.items()}  # whole numbers stay whole
+        if kinds.keys() == set(columns) and all({name: type(row[name]) for name in row} == kinds for row, _ in rows):
+            return
+    raise ValueError("its rows are not those of the model's history")
+
+
+def _states_in(value: Any) -> Iterator[State]:
+    """All states in some data."""
+    if isinstance(value, State):
+        yield value
+    elif isinstance(value, (list, tuple)):
+        for each in value:
+            yield from _states_in(each)
+    elif isinstance(value, dict):
+        yield from _states_in(list(value.values()))
+    elif isinstance(value, Step):
+        yield value.equilibrium.state
+
+
+def _shapes(state: State) -> dict[str, tuple[int, ...]]:
+    """Of the arrays in a state."""
+    return {path: array.shape for path, array in taken_apart(state)[1].items()}
+
+
+def _is_like(shapes: dict[str, tuple[int, ...]], initial: dict[str, tuple[int, ...]]) -> bool:
+    """Whether a state may come from the initial one: arrays that are empty there, of crack planes, may grow."""
+    return shapes.keys() == initial.keys() and all(
+        shape == before or (before[:1] == (0,) and shape[1:] == before[1:])
+        for shape, before in ((shapes[name], before) for name, before in initial.items())
+    )
 
 
 def _refused(path: Path, error: Exception) -> SceneError:

@@ -26,7 +26,8 @@ def label_of(data: RunData, column: str) -> str:
 def peak_text(data: RunData, measure: str | None = None) -> str:
     """The peak in words, its place on a column of the history, mm; default: the measure in charge."""
     measure = measure or data.controlled
-    return f"{data.peak_load:.5g} N at {label_of(data, measure)} {data.history[measure][data.peak_row]:.4g} mm"
+    label = "a driven motion of" if measure == "driven" else label_of(data, measure)
+    return f"{data.peak_load:.5g} N at {label} {data.history[measure][data.peak_row]:.4g} mm"
 
 
 def curve_measures(data: RunData) -> dict[str, Any]:

@@ -368,4 +368,12 @@ def check_known(prefix: str, table: Mapping[str, Any], names: Iterable[str]) -> 
         old = f"{prefix.split('.')[0]}.{key}"
         if old in _RENAMED:
             raise SceneError.at(f"{prefix}{key}", f": this key is gone; expected {_RENAMED[old]}")
-        raise SceneError.at(f"{prefix}{key}", f": unknown key{hint(key, names)}; expected one of {', '.join(names)}")
+        near = "" if prefix else table_hint(key)
+        raise SceneError.at(f"{prefix}{key}", f": unknown key{near or hint(key, names)}; expected one of {', '.join(names)}")
+
+
+def table_hint(key: str) -> str:
+    """What was meant by a key without its table."""
+    places = [(name, cls) for name, cls in TABLES.items() if key in (key_of(each) for each in fields(cls))]
+    meant = [f"stage.0.{key}" if cls is Stage else f"{name}.{key}" for name, cls in places]
+    return f" (did you mean '{meant[0]}'?)" if len(meant) == 1 else ""

@@ -30,8 +30,8 @@ _REFUSED = {
     "ELCOPY": "elements by a rule; expected all elements",
 }
 
-#: most entries of a set that is generated
-_MOST = 50_000_000
+#: most entries of all sets, which may name each other and be generated
+_MOST = 10_000_000
 
 
 def read_abaqus(path: Path) -> meshio.Mesh:
@@ -86,6 +86,7 @@ class _Reader:
     element_sets: dict[str, list[int]] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)  # as first written
     parts: list[str] = field(default_factory=list)
+    entries: int = 0  # of all sets
 
     def take(self, line: int, keyword: str, options: dict[str, str], rows: list[tuple[int, list[str]]]) -> None:
         """One keyword with its data lines."""
@@ -161,6 +162,7 @@ class _Reader:
                 if step < 1 or (last - first) / step > _MOST:
                     raise self._error(line, f"{', '.join(row)}: expected first, last and step of numbers that are generated")
                 found += range(first, last + 1, step)
+                self._check_count(line, len(found))
                 continue
             entries = [entry.rpartition(".")[2] if entry.rpartition(".")[2].isdecimal() else entry for entry in row]
             for entry in entries:
@@ -173,11 +175,17 @@ class _Reader:
             if name.upper() not in sets:
                 raise self._error(line, f"'{name}': there is no such set above it")
             found += sets[name.upper()]
+            self._check_count(line, len(found))
         return found
+
+    def _check_count(self, line: int, more: int) -> None:
+        if self.entries + more > _MOST:
+            raise self._error(line, f"the sets have more than {_MOST:,} entries; expected those of a mesh")
 
     def _add(self, sets: dict[str, list[int]], name: str, numbers: list[int]) -> None:
         self.names.setdefault(name.upper(), name)
         sets.setdefault(name.upper(), []).extend(numbers)
+        self.entries += len(numbers)
 
     def mesh(self) -> meshio.Mesh:
         """What was read, nodes and elements counted from 0."""

@@ -22,12 +22,14 @@ from ..cutting.stars import Blocks, Star, bulk_cells
 from ..errors import MeshError
 from ..paths import Line, as_text
 from .abaqus import read_abaqus
+from .limits import check_limits
+from .packed_vtu import unpacked_vtu
 
 #: coordinates beyond it, mm, are no body's, and their squares overflow
 _FURTHEST = 1e12
 
-#: formats whose reader in meshio does not come to an end if the file is cut short
-_ENDLESS = (".ele", ".node")
+#: characters of what meshio says that are shown
+_LONGEST = 300
 
 #: the streams are those of the whole process: of two threads that replace them one would put the other's back
 _ONE_AT_A_TIME = threading.Lock()
@@ -132,8 +134,10 @@ def load(path: Path) -> meshio.Mesh:
         if os.path.exists(path) and not os.path.isdir(path):
             raise MeshError.at("file", f" = '{path}': it is a pipe or a device; expected a file")
         raise MeshError.at("file", f" = '{path}': there is no such file")
-    if path.suffix.lower() in _ENDLESS:
-        raise MeshError.at("file", f" = '{path}': files of TetGen are not read; expected the mesh as .vtu or .msh")
+    try:
+        check_limits(path)
+    except OSError as error:
+        raise MeshError.at("file", f" = '{path}': cannot be read: {error.strerror or error}") from None
     mesh = read_abaqus(path) if path.suffix.lower() == ".inp" else _by_meshio(path)
     if not len(mesh.points) or not mesh.cells:
         elements = sum(map(len, mesh.cells))
@@ -155,10 +159,17 @@ def load(path: Path) -> meshio.Mesh:
 
 def _by_meshio(path: Path) -> meshio.Mesh:
     """A file as meshio reads it."""
+    suffix = path.suffix.lower()
     said = io.StringIO()  # meshio prints why a reader does not take the file, and a blank line for a gmsh file
     try:
         with _ONE_AT_A_TIME, redirect_stdout(said), redirect_stderr(said):
-            mesh = meshio.read(path)
+            if suffix == ".vtu":
+                with unpacked_vtu(path) as whole:
+                    mesh = meshio.read(whole)
+            else:
+                mesh = meshio.read(path, "gmsh" if suffix == ".msh" else None)
+    except MeshError:
+        raise
     except SystemExit:  # meshio's way to say that no reader accepts the file
         raise MeshError.at("file", f" = '{path}': not a mesh in a format that meshio reads") from None
     except Exception as error:
@@ -174,7 +185,8 @@ def _why(error: Exception) -> str:
         return f"its format needs the package {error.name}; expected pip install {error.name}, or the mesh as .msh or .vtu"
     if "Incompatible cell data 'gmsh:physical'" in str(error):
         return "some of its elements are in no physical group, as Mesh.SaveAll writes them; expected a file without SaveAll"
-    return f"meshio cannot read it: {f'{type(error).__name__} {error}'.strip()}"
+    said = " ".join(f"{type(error).__name__} {error}".split())
+    return f"meshio cannot read it: {said if len(said) < _LONGEST else said[:_LONGEST] + ' ...'}"
 
 
 def _each_once(mesh: meshio.Mesh) -> meshio.Mesh:

@@ -55,6 +55,7 @@ def test_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         (["--vary", "material.ft=6"], "expected KEY=LOW:HIGH"),
         (["--vary", "material.ft=6:2"], "the first below the second"),
         (["--vary", "material.fd=1:2"], "the scene has no number there"),
+        (["--vary", "ft=1:2"], "number there (did you mean 'material.ft'?)"),
         ([], "vary is empty"),
     ],
 )

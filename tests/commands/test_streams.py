@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,24 @@ def test_a_run_is_saved_whatever_its_streams_are(streams: str, said: str, tmp_pa
     assert (ended.returncode, ended.stderr.strip()) == (2 if said else 0, said)
     assert (tmp_path / "out" / "result.npz").is_file()
     assert (tmp_path / "out" / "history.csv").read_text().startswith("step,")  # and nothing that was printed
+
+
+def test_a_pipe_that_does_not_block_loses_nothing(tmp_path: Path) -> None:
+    """Its reader is slow, and what is printed is more than the pipe holds."""
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    room = os.write(write, bytes(10_000_000))  # until it is full
+    words = ["run", "notched-beam", "-v", "-o", str(tmp_path / "out"), *QUICK.split()]
+    with subprocess.Popen([sys.executable, "-m", "cohesive", *words], stdout=write, stderr=subprocess.PIPE) as process:
+        os.close(write)
+        while process.poll() is None and not (tmp_path / "out" / "scene.toml").exists():
+            time.sleep(0.05)
+        time.sleep(0.5)
+        with os.fdopen(read, "rb") as pipe:
+            printed = pipe.read()[room:].decode()
+        assert process.wait(60) == 0
+    assert printed.startswith("step    1") and "files: " in printed
+    assert (tmp_path / "out" / "result.npz").is_file()
 
 
 def test_a_narrow_encoding_takes_any_title(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,17 @@ def test_a_scene_that_the_memory_does_not_hold_is_refused(tmp_path: Path, capsys
     assert main(["run", "notched-beam", "-o", str(tmp_path / "out"), *sets]) == 2
     assert "this machine has" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", built_in())
+def test_any_kind_with_a_hundred_thousand_elements_along_its_crack_is_refused(name: str) -> None:
+    """At once: nothing is meshed."""
+    scene = Scene.load(name)
+    size = 1e-5 * (scene.crack_area**0.5 if scene.dimension == 3 else scene.specimen.path_length)
+    clock = time.process_time()
+    with pytest.raises((SceneError, MeshError), match=r"mesh\.crack_size = .*expected at least"):
+        cracked_mesh(scene.with_(**{"mesh.crack_size": size, "mesh.far_size": size}))
+    assert time.process_time() - clock < 2.0
 
 
 def test_the_size_that_is_asked_for_fits() -> None:

@@ -8,17 +8,23 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cohesive import Result, Scene, SceneError, resume, run
+from cohesive import Result, Scene, SceneError, prepare, resume, run
 from cohesive.commands.command_line import main
-from cohesive.results.archive import packed, unpacked
+from cohesive.results.archive import classes_in, packed, unpacked
 from cohesive.results.checkpoints import NAME
+from cohesive.solver.loading import Actuator, Loading
+from cohesive.solver.newton import Equilibrium
+from cohesive.solver.problem import Springs, State
 from cohesive.solver.stepper import EVERY
+from cohesive.solver.steps import Step
 from tests.builders import block
 
 CYCLES = [
@@ -182,6 +188,59 @@ def test_what_cannot_be_resumed_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     assert "expected no SCENE" in capsys.readouterr().err
     assert main(["run"]) == 2
     assert "expected SCENE" in capsys.readouterr().err
+
+
+def _heads(head: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """With a field of another type, and without it."""
+    for key in head:
+        yield {name: value for name, value in head.items() if name != key}
+        for wrong in (1, [1], {}, np.zeros((2, 2)), {"a": 1.0}):
+            yield head | {key: wrong}
+
+
+def test_a_checkpoint_with_a_wrong_entry_is_refused(tmp_path: Path) -> None:
+    scene = block(stage=CYCLES)
+    killed(scene, tmp_path, EVERY + 1)
+    with open(tmp_path / NAME, "rb") as file:
+        head, rest = unpacked(file), file.read()
+    for wrong in _heads(head):
+        (tmp_path / NAME).write_bytes(packed(wrong) + rest)
+        with pytest.raises(SceneError) as caught:
+            resume(tmp_path)
+        assert "\n" not in str(caught.value)
+
+
+def _records(rows: Any, stood: dict[str, Any]) -> Iterator[Any]:
+    """With rows, states, and what a stepper knows, of other types and shapes."""
+    (first, state), *later = rows
+    short = replace(state, v=state.v[:-1])
+    for wrong in (None, 1, [1], [[1, 2]], [({}, state)], [(first | {"load": "x"}, state)], [(first, short)]):
+        yield wrong, stood
+    yield [(first | {"load": 1}, state), *later], stood
+    for key in stood:
+        yield rows, {name: value for name, value in stood.items() if name != key}
+        for other in ([1], {"a": "b"}, 0.5):
+            yield rows, stood | {key: other}
+    for key in stood["path"]:
+        yield rows, stood | {"path": stood["path"] | {key: ["x"]}}
+    yield rows, stood | {"_number": 99}
+    yield rows, stood | {"_state": short}
+    yield rows, stood | {"_state": replace(state, v=state.v.astype(str))}
+    yield rows, stood | {"_state": replace(state, load="x")}
+
+
+@pytest.mark.long
+def test_a_record_with_a_wrong_entry_is_refused(tmp_path: Path) -> None:
+    scene = block(stage=CYCLES)
+    killed(scene, tmp_path, EVERY + 1)
+    classes = {Actuator, Equilibrium, Loading, Springs, State, Step} | classes_in(prepare(scene).model.problem.initial())
+    with open(tmp_path / NAME, "rb") as file:
+        head, record = unpacked(file), unpacked(file, *classes)
+    for i, wrong in enumerate(_records(*record)):
+        (tmp_path / NAME).write_bytes(packed(head) + packed(wrong))
+        with pytest.raises(SceneError, match=r"cannot be read: .*; expected the checkpoint of a run"):
+            resume(tmp_path)
+            pytest.fail(f"{i}: {wrong}")
 
 
 def _killed_by_signal(folder: Path, after: float) -> bool:

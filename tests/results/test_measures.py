@@ -54,8 +54,9 @@ def test_the_peak_is_told_over_the_measure_in_charge(name: str, measure: str) ->
     result = run(short(name))
     peak, row = result.peak, result.peak_row
     assert (peak.measure, peak.load, peak.at) == (measure, result.peak_load, result.history[measure][row])
-    assert f"peak load: {peak.load:.5g} N at {measure} {peak.at:.4g} mm" in result.summary().splitlines()
-    assert f"{peak.load:.5g} N at {measure} {peak.at:.4g} mm" in result._repr_html_()
+    where = "a driven motion of" if measure == "driven" else measure
+    assert f"peak load: {peak.load:.5g} N at {where} {peak.at:.4g} mm" in result.summary().splitlines()
+    assert f"{peak.load:.5g} N at {where} {peak.at:.4g} mm" in result._repr_html_()
     assert result.opening_at_peak == result.history["opening"][row]
     if not result.drives_both_ways:
         assert axes_of(result).get_xlabel() == f"{measure} (mm)"

@@ -37,6 +37,8 @@ def changed(**changes: Any) -> dict[str, Any]:
 
 WRONG = {
     # keys
+    "a key without its table": (changed(Gf=0.1), r"Gf: unknown key \(did you mean 'material.Gf'\?\)"),
+    "a key without its stage": (changed(steps=3), r"steps: unknown key \(did you mean 'stage.0.steps'\?\)"),
     "unknown table": (changed(meterial={}), r"meterial: unknown key \(did you mean 'material'\?\)"),
     "misspelt key": (changed(material__Gff=0.1), r"material.Gff: unknown key \(did you mean 'Gf'\?\)"),
     "missing key": (changed(specimen__span=...), r"specimen.span is missing"),

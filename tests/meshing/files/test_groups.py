@@ -78,13 +78,6 @@ def test_a_file_with_elements_of_no_group_says_so(tmp_path: Path) -> None:
         load(write_plate(tmp_path / "plate.msh", 4.1, False, save_all=True))
 
 
-@pytest.mark.parametrize("name", ["plate.ele", "plate.node"])
-def test_formats_whose_reader_does_not_end_are_refused(name: str, tmp_path: Path) -> None:
-    (tmp_path / name).write_text("4 2 0 0\n")
-    with pytest.raises(MeshError, match="files of TetGen are not read"):
-        load(tmp_path / name)
-
-
 def test_a_cell_that_cannot_be_computed_is_refused_among_others(tmp_path: Path) -> None:
     import meshio
 
