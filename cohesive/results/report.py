@@ -48,7 +48,7 @@ def summary(data: RunData) -> str:
         _crack_line(data),
         f"steps: {data.steps}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
-    return "\n".join(lines + agreement_lines(data.reference, h))
+    return "\n".join(lines + agreement_lines(data.reference, h, data.peak_load))
 
 
 def _full_energy(data: RunData) -> str:
