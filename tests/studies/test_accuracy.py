@@ -126,6 +126,8 @@ def test_the_nearest_scene_lends_its_table() -> None:
     tension = Scene.load("notched-tension")
     assert lender(cyclic.with_(**{"specimen.notch": 8.0})) == "reinhardt-cyclic"
     assert lender(tension.with_(**{"specimen.notch": 8.0})) == "notched-tension"
+    growing = {"specimen.notch": 8.0, "stage": [{"control": "opening", "to": [0.02, 0.3]}]}  # in no cycles
+    assert lender(tension.with_(**growing)) == "notched-tension"
 
 
 def test_settings_are_carried_over_as_the_knobs_say() -> None:
