@@ -44,6 +44,9 @@ _ALIKE = 1.2
 #: errors on another scene of the same kind are taken for larger by this factor
 _ELSEWHERE = 3.0
 
+#: between rows the place of a peak is found to this part of it: on sixteen built-in scenes, with four rows or more, to .9 %
+_PLACE = 0.01
+
 
 @dataclass(frozen=True)
 class Trade:
@@ -93,7 +96,7 @@ class Trade:
         """Error of the place of the peak that a trial promises, with that of the reference added: what lies between it and the
         run that is half as fine."""
         finer = [each.errors["at_peak"] for each in self.trials if each.errors and [*each.settings] == ["finer"]]
-        return (_ELSEWHERE if elsewhere else 1.0) * trial.errors["at_peak"] + max(finer, default=0.0)
+        return max(_PLACE, (_ELSEWHERE if elsewhere else 1.0) * trial.errors["at_peak"] + max(finer, default=0.0))
 
     def cheapest(
         self, accuracy: float, elsewhere: bool = False, among: Sequence[SweepSetting] | None = None

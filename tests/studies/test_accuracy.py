@@ -90,6 +90,7 @@ def test_the_price_is_named_and_the_place_of_the_peak(tmp_path: Path) -> None:
     finer = replace(made(BARE), trials=[*made(BARE).trials, SweepSetting({"finer": 2.0}, dict.fromkeys(ERRORS, 0.002))])
     assert finer.promised_place(finer.trials[1]) == pytest.approx(0.042)
     assert finer.promised_place(finer.trials[1], elsewhere=True) == pytest.approx(0.122)
+    assert finer.promised_place(finer.trials[3]) == 0.01  # no cubic tells it better
 
 
 def test_settings_of_hours_are_not_taken_and_it_is_said_what_would_take_them(tmp_path: Path) -> None:
