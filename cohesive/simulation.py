@@ -64,7 +64,7 @@ def run(
     >>> from cohesive import Scene, run
     >>> result = run(Scene.load("notched-beam"))
     >>> print(f"{result.peak_load:.2g} N at an opening of {result.opening_at_peak:.2g} mm")
-    1e+03 N at an opening of 0.03 mm
+    1e+03 N at an opening of 0.029 mm
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"run(scene) got {scene!r}: expected a Scene, as from Scene.load(name)")

@@ -146,7 +146,7 @@ def main(
         scenes = {
             "Example 2": plate(size, TURNS),
             "Example 3": Scene.load("jacobsen-mixed-mode").with_(
-                **{"mesh.crack_size": size, "stage.0.to": UN0, "output.frames": 0}
+                **{"mesh.crack_size": size, "stage.0.to": [0.003, UN0], "output.frames": 0}
             ),
         }
         for example, scene in scenes.items():

@@ -112,7 +112,7 @@ def main(size: float = 2.0, openings: Sequence[float] = OPENINGS, plot: Path | N
     print(f"{'un0':>6s}  {'':26s}{head}")
     print(f"{'mm':>6s}  {'':26s}{'MPa':>11s}{'mm':>11s}{'mm':>9s}{'MPa':>13s}{'mm':>15s}")
     for un0 in openings:
-        one = scene.with_(**{"stage.0.to": un0})
+        one = scene.with_(**{"stage.0.to": [0.003, un0]})
         for model in ("discrete", "smeared"):
             runs[model, un0] = now = mixed_mode(run(one, model))
             at = int(now.shear.argmax())

@@ -34,8 +34,8 @@ from .common import (
 #: frames of a run with a movie, at least
 MOVIE_FRAMES = 40
 
-#: expected seconds from which on a run says beforehand, on a terminal, what it will take
-LONG = 60.0
+#: expected seconds from which on a run says beforehand what it will take
+LONG = 10.0
 
 
 def add_parser(commands: Commands) -> None:
@@ -99,7 +99,7 @@ def _finished(
 
         check_movie(folder / options.movie)
     with progress(steps) as bar:
-        if not bar.disable and expected is not None and expected.seconds > LONG:
+        if expected is not None and expected.seconds > LONG:
             bar.write(f"expected: {expected.text}", sys.stderr)
         try:
             result = execute(on_step=reporter(bar, options.verbose), on_phase=phase_reporter(bar))

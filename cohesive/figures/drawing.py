@@ -57,17 +57,20 @@ def draw_curve(axes: Axes, data: RunData) -> None:
     history = data.history
     name, over = data.scene.output.curve or (data.controlled, "load")
     if data.drives_both_ways and data.scene.output.curve is None:
-        label, x, y = abscissa(data)
+        (label, x, y), along = abscissa(data), data.drive_travel
         axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)")
     else:
-        x, y = history[name], history[over]
+        x, y = along, _ = history[name], history[over]
         axes.set(xlabel=_label(data, name), ylabel=_label(data, over))
         if over == "load":
             draw_reference(axes, data, name, with_distance=True)
     axes.plot(x, y, color="C0", label="crack band" if data.is_smeared else "discrete crack")
-    peak = int(np.nanargmax(y))
-    largest = f"{'peak' if over == 'load' else 'largest'} {y[peak]:.5g} {data.unit_of(over)}"
-    axes.plot(x[peak], y[peak], "o", color="C3", markersize=4, label=largest)
+    if over == "load":
+        top = data.at_peak(along), data.peak_load
+    else:
+        top = x[np.nanargmax(y)], y[np.nanargmax(y)]
+    largest = f"{'peak' if over == 'load' else 'largest'} {top[1]:.5g} {data.unit_of(over)}"
+    axes.plot(*top, "o", color="C3", markersize=4, label=largest)
     axes.axhline(0.0, color="0.5", linewidth=0.6)
     plain_legend(axes, axes)
 

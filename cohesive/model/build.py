@@ -134,12 +134,9 @@ def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
     notes = mesh.remarks
     if mesh.crack is None and (warning := band_note(scene.material, cracks.width)):
         notes.append(warning)
-    if (
-        scene.sizes is None
-        and cracks.area
-        and (coarse := path_size_note(mesh, scene.material, scene.specimen.crack_length_of(cracks.area)))
-    ):
-        notes.append(coarse)
+    if cracks.area:
+        length = scene.specimen.crack_length_of(cracks.area)
+        notes += filter(None, [path_size_note(mesh, scene.material, length, scene.is_extruded)])
     if scene.specimen.is_off_the_notch():
         notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
     if scene.sizes is None and (length := mesh.crack_front):

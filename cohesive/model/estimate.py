@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from ..algebra.choice import machine_memory
 from ..errors import SceneError
 from ..scenes.scene import Scene
+from ..solver.stages import expected_steps
 
 #: memory of any run, bytes; bytes for each unknown in 2D; in 3D, where fronts grow, times its root of third order besides
 _ANY, _FLAT, _SOLID = 2e8, 3e3, 6e2
@@ -14,8 +15,12 @@ _ANY, _FLAT, _SOLID = 2e8, 3e3, 6e2
 #: CPU seconds of any run; for each unknown in 2D; in 3D for each pair of unknowns
 _START, _FLAT_SECONDS, _SOLID_SECONDS = 1.5, 4e-5, 2e-9
 
-#: CPU seconds of Newton's method with the jumps alone, for their number to the power 2.5, or with all unknowns, for each
-_DENSE_SECONDS, _SPARSE_SECONDS = 1e-7, 1.5e-3
+#: CPU seconds of any step; of Newton's method in it with the jumps alone, for their number to the power 2.5, or with all
+#: unknowns, for each
+_STEP_SECONDS, _DENSE_SECONDS, _SPARSE_SECONDS = 1.3e-3, 2e-9, 3e-5
+
+#: in a band, CPU seconds of a step for each jump over it, whose points iterate, and how much more Newton's method takes there
+_BAND_SECONDS, _BAND_FACTOR = 2e-4, 11.0
 
 #: by how much larger elements are tried at most, to tell which would fit
 _LARGEST = 1e6
@@ -29,7 +34,7 @@ class Estimate:
     ----------
     unknowns : number of them, before condensation
     memory : bytes
-    seconds : CPU time of a run with some tens of steps
+    seconds : CPU time of a run with all its steps, if none is cut
     """
 
     unknowns: float
@@ -39,8 +44,14 @@ class Estimate:
     @property
     def text(self) -> str:
         """In words."""
-        time = f"{self.seconds:.0f} s" if self.seconds < 100 else f"{self.seconds / 60:.2g} min"
-        return f"about {self.unknowns:.2g} unknowns, {self.memory / 1e9:.2g} GB and {time}"
+        return f"about {self.unknowns:.2g} unknowns, {self.memory / 1e9:.2g} GB and {self.time}"
+
+    @property
+    def time(self) -> str:
+        """The time in words."""
+        if self.seconds < 100:
+            return f"{self.seconds:.0f} s"
+        return f"{self.seconds / 60:.2g} min" if self.seconds < 6000 else f"{self.seconds / 3600:.2g} h"
 
 
 def estimate(scene: Scene, larger: float = 1.0) -> Estimate | None:
@@ -56,7 +67,12 @@ def estimate(scene: Scene, larger: float = 1.0) -> Estimate | None:
     d = scene.dimension
     nodes, on_face = scene.specimen.expected_nodes(sizes, half=scene.model.half, dimension=d)
     n, jumps = d * nodes, d * on_face
-    newton = min(_DENSE_SECONDS * jumps**2.5, _SPARSE_SECONDS * n)
+    is_band = scene.model.kind == "smeared"
+    if is_band and scene.band.where == "everywhere":
+        jumps = n
+    step = min(_DENSE_SECONDS * jumps**2.5 * (_BAND_FACTOR if is_band else 1.0), _SPARSE_SECONDS * n)
+    step += _BAND_SECONDS * jumps if is_band else _STEP_SECONDS
+    newton = step * expected_steps(scene.stages)
     if d == 2:
         return Estimate(n, _ANY + _FLAT * n, _START + _FLAT_SECONDS * n + newton)
     return Estimate(n, _ANY + _SOLID * n ** (4 / 3), _START + _SOLID_SECONDS * n**2 + newton)

@@ -218,7 +218,7 @@ def write_run(data: RunData, folder: Path) -> None:
         "steps": data.steps,
         "iterations": data.iterations,
         "timings": data.timings,
-        "reference": agreement_facts(data.reference, data.history),
+        "reference": agreement_facts(data.reference, data.history, data.peak_load),
         "versions": {"python": platform.python_version()} | {name: package_version(name) for name in packages},
     }
     write_text(folder / "run.json", json.dumps(facts, indent=2, default=repr) + "\n")

@@ -27,7 +27,7 @@ def peak_text(data: RunData, measure: str | None = None) -> str:
     """The peak in words, its place on a column of the history, mm; default: the measure in charge."""
     measure = measure or data.controlled
     label = "a driven motion of" if measure == "driven" else label_of(data, measure)
-    return f"{data.peak_load:.5g} N at {label} {data.history[measure][data.peak_row]:.4g} mm"
+    return f"{data.peak_load:.5g} N at {label} {data.at_peak(data.history[measure]):.4g} mm"
 
 
 def curve_measures(data: RunData) -> dict[str, Any]:
@@ -41,24 +41,24 @@ def curve_measures(data: RunData) -> dict[str, Any]:
     """
     if not data.steps:
         return {}
-    name = data.controlled
-    x, load, peak = data.history[name], data.history["load"], data.peak_row
+    name, peak = data.controlled, data.peak
+    x, load = data.history[name], data.history["load"]
     return {
         "over": name,
         "initial_stiffness": data.facts.initial_stiffness.get(name),
-        "peak": float(load[peak]),
-        "at_peak": float(x[peak]),
-        "fallen_to_half_at": _fallen(x[peak:], load[peak:]),
+        "peak": peak.load,
+        "at_peak": peak.at,
+        "fallen_to_half_at": _fallen(x[data.peak_row :], load[data.peak_row :], 0.5 * peak.load),
         "area": float(0.5 * (load[1:] + load[:-1]) @ np.diff(x)),
         "last": float(load[-1]),
     }
 
 
-def _fallen(x: Array, load: Array) -> float | None:
-    """Where a branch that begins with the peak falls to half of it, mm."""
-    below = np.flatnonzero(load <= 0.5 * load[0])
-    if not len(below) or load[0] <= 0:
+def _fallen(x: Array, load: Array, half: float) -> float | None:
+    """Where a branch that begins at the peak falls to half of it (N), mm."""
+    below = np.flatnonzero(load <= half)
+    if not len(below) or half <= 0:
         return None
     after = int(below[0])
-    share = (load[after - 1] - 0.5 * load[0]) / (load[after - 1] - load[after])
+    share = (load[after - 1] - half) / (load[after - 1] - load[after])
     return float(x[after - 1] + share * (x[after] - x[after - 1]))

@@ -27,6 +27,9 @@ _DOUBTED = 0.01
 #: the width of the interface is felt in the curve if it adds more than this part to the elastic compliance
 _ADDED = 0.05
 
+#: after the peak the load ripples if it rises again by more than this part of the peak, so often
+_RISE, _RIPPLES = 5e-3, 2
+
 #: the bulk would crack off the path if its major stress over ft is larger in more than this part of its volume
 _OVERLOADED, _OVERLOADED_SHARE = 1.5, 0.1
 
@@ -51,7 +54,7 @@ def summary(data: RunData) -> str:
         _crack_line(data),
         f"steps: {data.steps}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
     ]
-    return "\n".join(lines + agreement_lines(data.reference, h))
+    return "\n".join(lines + agreement_lines(data.reference, h, data.peak_load))
 
 
 def _full_energy(data: RunData) -> str:
@@ -91,7 +94,7 @@ def warnings(data: RunData) -> list[str]:
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    found = (_soft_cracks(data), _overload(data), crushing(data), _locking(data.fields))
+    found = (_ripples(data), _soft_cracks(data), _overload(data), crushing(data), _locking(data.fields))
     sentences += [warning for warning in found if warning]
     departure = data.facts.departure
     if departure > _DEPARTURE:
@@ -100,6 +103,24 @@ def warnings(data: RunData) -> list[str]:
             "than a discrete crack along it"
         )
     return sentences
+
+
+def _ripples(data: RunData) -> str:
+    """A warning if the load rises again and again on the way down, while elements break one after the other; empty if not, or
+    if the loading turns."""
+    turns = any(each.unload is not None or each.redirects or any(np.diff(each.targets) < 0) for each in data.scene.stages)
+    if turns or data.peak_load <= 0:
+        return ""
+    load = data.history["load"][data.peak_row :] / data.peak_load
+    ends = np.flatnonzero(np.diff(np.diff(load) > 0.0, prepend=False, append=False))  # of each rise, its low and its top
+    rises = load[ends[1::2]] - load[ends[::2]]
+    count = int((rises > _RISE).sum())
+    if count < _RIPPLES:
+        return ""
+    return (
+        f"warning: after the peak the load rises {count} times by more than {100 * _RISE:g} % of it, up to "
+        f"{100 * rises.max():.2g} %: elements along the crack break one after the other; smaller ones smooth it"
+    )
 
 
 def _crack_line(data: RunData) -> str:

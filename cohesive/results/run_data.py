@@ -12,6 +12,7 @@ from meshing.paths import along_paths
 from ..arrays import Array
 from ..solver.columns import Column, columns_of
 from .agreement import Agreement, agreements
+from .peak import Peak, peak_weights
 
 if TYPE_CHECKING:
     from ..growth.found import FoundPath
@@ -19,22 +20,6 @@ if TYPE_CHECKING:
     from ..scenes.scene import Scene
     from .fields import Fields, Frame
     from .model_facts import ModelFacts
-
-
-@dataclass(frozen=True)
-class Peak:
-    """The largest load of a run, and where it comes.
-
-    Attributes
-    ----------
-    load : N
-    at : mm, of the measure in charge
-    measure : its column of the history, as "cmod" or "driven"
-    """
-
-    load: float
-    at: float
-    measure: str
 
 
 @dataclass(eq=False)
@@ -105,24 +90,36 @@ class RunData:
 
     @property
     def peak_row(self) -> int:
-        """Row of the largest load of all steps; 0 if there is none."""
+        """Row of the largest load of all steps, next to the peak; 0 if there is none."""
         return 1 + int(self.history["load"][1:].argmax()) if self.steps else 0
+
+    def at_peak(self, values: Array) -> float:
+        """A quantity of the rows, (rows,), at the largest load, which lies between them: see `peak_weights`; 0 without a step.
+
+        Rows under another direction or drive than the largest one do not count, their load is another."""
+        if not self.steps:
+            return 0.0
+        turned = np.cumsum([stage.redirects for stage in self.scene.stages])[self.history["stage"].astype(int) - 1]
+        rows = np.flatnonzero(turned == turned[self.peak_row])
+        rows = rows[rows > 0]
+        motions = np.stack([self.history[self.controlled], self.history["opening"]])
+        near, weights = peak_weights(motions[:, rows], self.history["load"][rows])
+        return float(weights @ values[rows[near]])
 
     @property
     def peak_load(self) -> float:
-        """Largest load, N (negative if all loads are)."""
-        return float(self.history["load"][self.peak_row]) if self.steps else 0.0
+        """Largest load, N, between the rows: that of `peak` (negative if all loads are)."""
+        return self.at_peak(self.history["load"])
 
     @property
     def peak(self) -> Peak:
         """The largest load (N), and where it comes (mm) on the measure in charge; zeros if there is no step."""
-        at = float(self.history[self.controlled][self.peak_row]) if self.steps else 0.0
-        return Peak(self.peak_load, at, self.controlled)
+        return Peak(self.peak_load, self.at_peak(self.history[self.controlled]), self.controlled)
 
     @property
     def opening_at_peak(self) -> float:
         """Column `opening` at the largest load, mm: that of the main gauge, or without one the mean jump over the crack."""
-        return float(self.history["opening"][self.peak_row]) if self.steps else 0.0
+        return self.at_peak(self.history["opening"])
 
     @property
     def dissipated_energy(self) -> float:
@@ -154,7 +151,7 @@ class RunData:
     @property
     def agreement(self) -> list[Agreement]:
         """How far the run lies from each measured curve of its scene; empty without one."""
-        return agreements(self.reference, self.history)
+        return agreements(self.reference, self.history, self.peak_load)
 
     @property
     def iterations(self) -> int:

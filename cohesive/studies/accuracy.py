@@ -7,10 +7,17 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import SceneError
+from ..model.estimate import Estimate, estimate
 from ..scenes.scene import Scene
 from .parameters import Changes, changes, distance, label, problem
 from .trade import Trade
+from .trials import SweepSetting
+
+#: no setting is chosen that is expected to take longer, s, if another one does not
+_LONGEST = 3600.0
 
 _TABLES = resources.files("cohesive.studies") / "trades"
 
@@ -22,12 +29,16 @@ class Choice:
     Attributes
     ----------
     changes : keys of the scene, for `Scene.with_`
-    promised : relative error that they promise; above the accuracy if no setting reaches it
-    text : where they come from
+    promised : relative error that they promise; above the accuracy if no setting reaches it within an hour
+    promised_place : relative error of the place of the peak that they promise
+    seconds : CPU time that a run with them is expected to take, within a factor of 3
+    text : where they come from, and their price
     """
 
     changes: Changes
     promised: float
+    promised_place: float
+    seconds: float
     text: str
 
 
@@ -109,23 +120,33 @@ def parse(accuracy: float | str) -> float:
 
 def _choice(scene: Scene, wanted: float, trade: Trade, where: str, elsewhere: bool) -> Choice:
     """The settings of a trade that promise an accuracy; `where` says where the trade is from."""
-    best = trade.cheapest(wanted, elsewhere)
-    missed = ""
+    prices = [(each, _price(scene, each, trade.scene)) for each in trade.trials if each.is_same_problem and each.cost]
+    affordable = [each for each, price in prices if price.seconds <= _LONGEST] or [min(prices, key=lambda e: e[1].seconds)[0]]
+    best, missed = trade.cheapest(wanted, elsewhere, affordable), ""
     if best is None:
-        best = min(
-            (trial for trial in trade.trials if trial.is_same_problem), key=lambda trial: trade.promise(trial, elsewhere)
-        )
+        best = min(affordable, key=lambda trial: trade.promise(trial, elsewhere))
         missed = "no setting reaches it, the most accurate one is taken: "
+        if (longer := trade.cheapest(wanted, elsewhere, [each for each, _ in prices])) is not None:
+            time = _price(scene, longer, trade.scene).time
+            missed = f"{label(longer.settings)} would take {time}, the most accurate one within an hour is taken: "
     changed = changes(scene, best.settings, trade.scene)
+    price = _price(scene, best, trade.scene)
     keys = ", ".join(
         f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in changed.items()
     )
-    promised = trade.promise(best, elsewhere)
+    promised, place = trade.promise(best, elsewhere), trade.promised_place(best, elsewhere)
     text = (
         f"accuracy {100 * wanted:.3g} %: {missed}{label(best.settings)}, which promises {100 * promised:.2g} % ({where}): "
-        f"{keys or 'nothing changes'}"
+        f"{keys or 'nothing changes'}; the place of the peak to {100 * place:.2g} %; it takes about {price.time}"
     )
-    return Choice(changed, promised, text)
+    return Choice(changed, promised, place, price.seconds, text)
+
+
+def _price(scene: Scene, trial: SweepSetting, like: Scene) -> Estimate:
+    """What a scene takes with the settings of a trial that was measured on another one."""
+    expected = estimate(scene.with_(**changes(scene, trial.settings, like)))
+    assert expected is not None  # a scene with sizes
+    return expected
 
 
 def _source(name: str) -> str:
@@ -142,4 +163,4 @@ def _kind(scene: Scene) -> tuple[str, ...]:
 
 def _turns(scene: Scene) -> bool:
     """Whether the loading turns back."""
-    return any(stage.unload is not None or len(stage.targets) > 1 for stage in scene.stages)
+    return any(stage.unload is not None or any(np.diff(stage.targets) < 0) for stage in scene.stages)

@@ -24,28 +24,22 @@ class Curve:
     x, load, work : (n,) arrays, mm, N, N mm; x is the measure in charge, as the opening of a gauge, cmod or driven
     platen : (n,) array, mm, the travel of a platen that moves in two directions, over which its load is drawn; None if the
         load is drawn over x
+    peak, at_peak : largest load (N) and x there (mm), see `RunData.peak`
     """
 
     x: Array
     load: Array
     work: Array
     platen: Array | None
-
-    @property
-    def peak(self) -> float:
-        """Largest load, N."""
-        return float(self.load.max())
-
-    @property
-    def at_peak(self) -> float:
-        """x at the largest load, mm."""
-        return float(self.x[self.load.argmax()])
+    peak: float
+    at_peak: float
 
 
 def curve_of(data: RunData, measure: str | None = None) -> Curve:
     """The curve of a run over a column of its history, by default that in charge."""
     x, load, work = (data.history[name] for name in (measure or data.controlled, "load", "work"))
-    return Curve(x, load, work, data.drive_travel if data.drives_both_ways else None)
+    platen = data.drive_travel if data.drives_both_ways else None
+    return Curve(x, load, work, platen, data.peak_load, data.at_peak(x))
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ class SweptRun:
         r = self.result
         if r is None or not r.steps:
             return dict.fromkeys(names, float("nan"))
-        at = r.history[measure][r.peak_row]
+        at = r.at_peak(r.history[measure])
         numbers = (r.peak_load, at, r.dissipated_energy, r.energy_error, r.iterations, r.solution_time)
         return dict(zip(names, map(float, numbers), strict=True))
 

@@ -44,6 +44,9 @@ _ALIKE = 1.2
 #: errors on another scene of the same kind are taken for larger by this factor
 _ELSEWHERE = 3.0
 
+#: between rows the place of a peak is found to this part of it: on sixteen built-in scenes, with four rows or more, to .9 %
+_PLACE = 0.01
+
 
 @dataclass(frozen=True)
 class Trade:
@@ -89,9 +92,19 @@ class Trade:
             error = max(error, start + lost)
         return _ELSEWHERE * error + self.own_error
 
-    def cheapest(self, accuracy: float, elsewhere: bool = False) -> SweepSetting | None:
-        """The cheapest trial that promises at most this error; among those that are as cheap, the most accurate."""
-        runs = [(trial, trial.cost.cpu) for trial in self.trials if trial.cost and trial.is_same_problem]
+    def promised_place(self, trial: SweepSetting, elsewhere: bool = False) -> float:
+        """Error of the place of the peak that a trial promises, with that of the reference added: what lies between it and the
+        run that is half as fine."""
+        finer = [each.errors["at_peak"] for each in self.trials if each.errors and [*each.settings] == ["finer"]]
+        return max(_PLACE, (_ELSEWHERE if elsewhere else 1.0) * trial.errors["at_peak"] + max(finer, default=0.0))
+
+    def cheapest(
+        self, accuracy: float, elsewhere: bool = False, among: Sequence[SweepSetting] | None = None
+    ) -> SweepSetting | None:
+        """The cheapest trial (of some; default: of all) that promises at most this error; among those that are as cheap, the
+        most accurate."""
+        trials = self.trials if among is None else among
+        runs = [(trial, trial.cost.cpu) for trial in trials if trial.cost and trial.is_same_problem]
         good = [(trial, cpu) for trial, cpu in runs if self.promise(trial, elsewhere) <= accuracy]
         fastest = min((cpu for _, cpu in good), default=0.0)
         alike = [trial for trial, cpu in good if cpu <= _ALIKE * fastest]

@@ -83,3 +83,34 @@ def test_the_limit_of_a_job_counts(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 def test_show_tells_what_is_expected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["show", "notched-beam", "-o", str(tmp_path)]) == 0
     assert "expected:  about 9" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["discrete", "smeared"])
+@pytest.mark.parametrize("name", ["en-14651", "l-panel", "nooru-mohamed-4a", "notched-beam-3d", "petersson", "push-off-3d"])
+def test_the_time_is_foreseen(name: str, kind: str) -> None:
+    """Within a factor of 3, with what the command takes to start and to draw."""
+    scene = Scene.load(name).with_(**{"model.kind": kind})
+    expected, begin = estimate(scene), time.process_time()
+    run(scene)
+    assert expected is not None
+    assert 1 / 3 < (time.process_time() - begin + 1.5) / expected.seconds < 3
+
+
+def test_the_time_goes_by_steps_and_model() -> None:
+    beam = Scene.load("notched-beam")
+    once, often, band = (estimate(beam.with_(**change)) for change in ({}, {"stage.0.steps": 6000}, {"model.kind": "smeared"}))
+    assert once is not None and often is not None and band is not None
+    assert once.seconds < 2.0 < band.seconds < 5.0 < often.seconds
+
+
+def test_a_long_run_says_what_it_will_take_in_a_pipe_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """9000 steps, of which an event takes two."""
+    sets = ["mesh.crack_size=5", "mesh.far_size=20", "stage.0.steps=9000", "stage.0.until={opening=3e-5}"]
+    words = [word for each in sets for word in ("--set", each)]
+    long = estimate(Scene.load("notched-beam").with_(**{"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "stage.0.steps": 9000}))
+    assert long is not None and long.seconds > 10.0
+    assert main(["run", "notched-beam", "-o", str(tmp_path / "out"), *words]) == 0
+    assert f"expected: {long.text}" in capsys.readouterr().err
+    assert main(["run", "notched-beam", "-o", str(tmp_path / "short"), *words[:4], "--set", "stage.0.steps=2"]) == 0
+    assert "expected" not in capsys.readouterr().err

@@ -7,6 +7,9 @@ import pytest
 
 from cohesive import Scene, run
 from cohesive.model.build import build
+from cohesive.model.mesh import cracked_mesh
+from cohesive.model.path_size import path_size_note
+from cohesive.scenes.scene import built_in
 
 NAMES = (
     "four-point-beam",
@@ -151,3 +154,24 @@ def test_the_panel_of_winkler() -> None:
     assert result.peak_load == pytest.approx(7219.0, rel=0.03)
     assert h["driven"][result.peak_row] == pytest.approx(0.208, rel=0.15)
     assert h["work"][-1] == pytest.approx(2931.0, rel=0.03)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("model", ["discrete", "smeared"])
+def test_coarse_elements_are_warned_of(model: str, order: int) -> None:
+    """By rule 5 mm; up to 8 mm in first order, and 16 in second order, cost less than about 1 % of the peak."""
+    beam = Scene.load("en-14651").with_(
+        **{"model.kind": model, "mesh.order": order, "mesh.far_size": 60.0, "band.width": 5.0},
+        stage=[{"control": "cmod", "to": 0.001, "steps": 1}],
+    )
+    for size, is_warned in ((7.5 * order, False), (9.0 * order, True)):
+        notes = run(beam.with_(**{"mesh.crack_size": size})).notes
+        assert [f"along the crack are longer than {8 * order:g} mm" in note for note in notes] == [True] * is_warned
+
+
+@pytest.mark.parametrize("name", built_in())
+def test_the_mesh_of_no_built_in_scene_is_coarse(name: str) -> None:
+    scene = Scene.load(name)
+    mesh = cracked_mesh(scene)
+    assert path_size_note(mesh, scene.material, scene.crack_length, scene.is_extruded) == ""
+    assert path_size_note(mesh, scene.material, 0.1 * scene.crack_length, scene.is_extruded)  # of a short crack it is

@@ -58,13 +58,13 @@ def test_a_band_without_faces_needs_a_gauge(tmp_path: Path) -> None:
 def test_long_elements_along_the_path_are_warned_of_once(tmp_path: Path) -> None:
     first = [{"control": "opening", "to": 0.001, "steps": 1}]
     for model in ("discrete", "smeared"):
-        for count, is_warned in ((3, True), (25, False), (24, True)):
+        for count, is_warned in ((3, True), (16, False), (15, True)):
             result = run(beam(tmp_path, counts=(20, count)).with_(stage=first), model)
             coarse = [note for note in result.notes if "longer than" in note]
             assert len(coarse) == is_warned, (model, count)
             if is_warned:
                 assert coarse[0].startswith(
-                    f"warning: {count} of the {count} elements along the crack are longer than 1.6 mm"
+                    f"warning: {count} of the {count} elements along the crack are longer than 2.56 mm"
                 )
 
 

@@ -67,6 +67,8 @@ def members(result: Result) -> dict[str, Any]:
             entries |= {f"{name}({row})": value(row) for row in range(-min(rows, 1), rows)}
         elif name in OF_NAMES:
             entries |= {f"{name}({column})": value(column) for column in result.history}
+        elif name == "at_peak":
+            entries |= {f"{name}({column})": value(values) for column, values in result.history.items()}
         elif callable(value):
             assert name in CALLED, f"{name}: how is it called?"
             entries[name] = value()

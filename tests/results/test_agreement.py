@@ -26,7 +26,7 @@ def history(x: Array = X, y: Array = Y) -> dict[str, Array]:
 
 
 def test_a_curve_is_judged_over_the_common_range() -> None:
-    judged = agreement(Measured.from_curve(np.array([-1.0, 0.5, 2.0, 5.0]), np.array([3.0, 6.0, 8.0, 2.0])), X, Y)
+    judged = agreement(Measured.from_curve(np.array([-1.0, 0.5, 2.0, 5.0]), np.array([3.0, 6.0, 8.0, 2.0])), X, Y, 10.0)
     assert judged is not None
     assert (judged.start, judged.end, judged.points) == (0.0, 3.0, 0)
     # at 0, .5, 1, 2, 3: measured 5, 6, 6 2/3, 8, 6; computed 0, 5, 10, 7, 4
@@ -35,30 +35,30 @@ def test_a_curve_is_judged_over_the_common_range() -> None:
     assert judged.rms == pytest.approx(np.sqrt(trapezoid(gap**2, at) / 3.0) / 8.0, rel=1e-6)
     assert judged.area == pytest.approx(19.0 / (2.75 + 19 / 6 + 22 / 3 + 7.0) - 1.0, rel=1e-6)
     assert judged.peak == pytest.approx(10 / 8 - 1)
-    assert agreement(Measured.from_curve(np.array([4.0, 5.0]), np.ones(2)), X, Y) is None
+    assert agreement(Measured.from_curve(np.array([4.0, 5.0]), np.ones(2)), X, Y, 10.0) is None
 
 
 def test_a_band_is_judged_by_its_points() -> None:
     band = Measured.from_band(
         np.array([0.5, 1.0, 2.0, 4.0]), np.array([4.0, 11.0, 4.0, 0.0]), np.array([6.0, 12.0, 5.0, 1.0])
     )
-    judged = agreement(band, X, Y)
+    judged = agreement(band, X, Y, 10.0)
     assert judged is not None
     assert (judged.inside, judged.points) == (1, 3)
     assert judged.outside == ((1.0, 10.0, pytest.approx(-1 / 11)), (2.0, 7.0, pytest.approx(2 / 5)))
-    lines = agreement_lines(Reference("measured", "driven", (band,)), history())
+    lines = agreement_lines(Reference("measured", "driven", (band,)), history(), 10.0)
     assert lines[0] == "measured: 1 of 3 points inside the band"
     assert lines[1:] == ["  outside at 1 mm: 10 N, 9.1 % below the band", "  outside at 2 mm: 7 N, 40.0 % above the band"]
 
 
 def test_a_doubted_curve_is_not_judged() -> None:
     doubted = replace(Measured.from_curve(X, Y), notes=("is it in kN?",), doubt="is it in kN?")
-    assert agreement_lines(Reference("measured", "driven", (doubted,)), history()) == ["measured: is it in kN?"]
+    assert agreement_lines(Reference("measured", "driven", (doubted,)), history(), 10.0) == ["measured: is it in kN?"]
 
 
 def test_repeats_are_judged_each_and_as_their_mean() -> None:
     tests = tuple(Measured.from_curve(X, factor * Y, f"{factor}.csv") for factor in (0.9, 1.0, 1.1))
-    lines = agreement_lines(Reference("tests", "driven", tests), history())
+    lines = agreement_lines(Reference("tests", "driven", tests), history(), 10.0)
     assert len(lines) == 5
     assert lines[0].startswith("tests (0.9.csv): rms ") and "peak +11.1 %" in lines[0]
     assert lines[3].startswith("tests, mean of 3: rms 0.0 % of its peak, area 0.0 %")

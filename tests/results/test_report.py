@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from cohesive import Scene, run
+from cohesive import Result, Scene, run
 from cohesive.results.report import warnings
 from tests.builders import block, coarse_beam
 
@@ -84,3 +84,19 @@ def test_a_width_that_is_felt_is_warned_of_with_one_that_is_not(width: float) ->
     enough = float(sentence.split("interface.width up to ")[1].split(" it")[0])
     assert enough == pytest.approx(2.0, rel=0.02)
     assert not any("compliance" in note for note in warnings(run(block(interface__width=enough, stage=elastic))))
+
+
+def test_a_load_that_ripples_is_warned_of_and_smaller_elements_smooth_it() -> None:
+    """A brittle beam with elements of .4 and .1 times E Gf / ft^2: the load of the first one rises again and again."""
+    stages = [{"control": "cmod", "to": [0.03, 0.1], "steps": 40}]
+    brittle = Scene.load("en-14651").with_(**{"material.Gf": 0.02, "material.ft": 5.0, "output.frames": 0}, stage=stages)
+    coarse = run(brittle.with_(**{"mesh.crack_size": 10.4, "mesh.far_size": 60.0}))
+    (sentence,) = (note for note in warnings(coarse) if "the load rises" in note)
+    count, most = int(sentence.split("rises ")[1].split()[0]), float(sentence.split("up to ")[1].split(" %")[0])
+    assert 2 <= count <= 12 and 0.5 < most < 20.0  # 12 elements
+    assert any("12 elements along the crack are longer than" in note for note in coarse.notes)
+    fine = run(brittle.with_(**{"mesh.crack_size": 2.5, "mesh.far_size": 60.0}))
+    assert not any("the load rises" in note for note in warnings(fine))
+    assert not any("longer than" in note for note in fine.notes)
+    turned = coarse.scene.with_(**{"stage.0.to": [0.03, 0.1, 0.09]})  # a load that rises may be asked for
+    assert not any("the load rises" in note for note in warnings(Result(**{**vars(coarse), "scene": turned})))

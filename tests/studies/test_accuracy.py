@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
+from cohesive.model.estimate import estimate
 from cohesive.scenes.scene import dump_toml
 from cohesive.studies.accuracy import parse, settings_for, stored
 from cohesive.studies.curves import curve_of
 from cohesive.studies.parameters import changes
 from cohesive.studies.trade import Trade
-from cohesive.studies.trials import Cost, SweepSetting, errors
+from cohesive.studies.trials import ERRORS, Cost, SweepSetting, errors
 from tests.builders import OF_A_FILE
 
 BEAM = Scene.load("notched-beam")
@@ -79,6 +81,29 @@ def test_where_no_setting_is_accurate_enough_the_best_is_taken_and_it_is_said(tm
     assert choice.changes == {"mesh.crack_size": 0.5} and choice.promised == pytest.approx(0.004)
 
 
+def test_the_price_is_named_and_the_place_of_the_peak(tmp_path: Path) -> None:
+    made(BARE).save(tmp_path)
+    choice = settings_for(BEAM, "5%", tmp_path / "trade.csv")
+    expected = estimate(BEAM.with_(**choice.changes))
+    assert expected is not None and choice.seconds == expected.seconds and f"it takes about {expected.time}" in choice.text
+    assert choice.promised_place == pytest.approx(0.04) and "the place of the peak to 4 %" in choice.text
+    finer = replace(made(BARE), trials=[*made(BARE).trials, SweepSetting({"finer": 2.0}, dict.fromkeys(ERRORS, 0.002))])
+    assert finer.promised_place(finer.trials[1]) == pytest.approx(0.042)
+    assert finer.promised_place(finer.trials[1], elsewhere=True) == pytest.approx(0.122)
+    assert finer.promised_place(finer.trials[3]) == 0.01  # no cubic tells it better
+
+
+def test_settings_of_hours_are_not_taken_and_it_is_said_what_would_take_them(tmp_path: Path) -> None:
+    trade = made(BARE)
+    trade.trials.append(SweepSetting({"crack size": 1e-4}, dict.fromkeys(ERRORS, 1e-4), Cost(5e4, 5e4, 1e5, 10)))
+    trade.save(tmp_path)
+    choice = settings_for(BEAM, "0.2%", tmp_path / "trade.csv")
+    assert "crack size x 0.0001 would take " in choice.text
+    assert " h, the most accurate one within an hour is taken" in choice.text
+    assert choice.changes == {"mesh.crack_size": 0.5} and choice.promised == pytest.approx(0.004) and choice.seconds < 10.0
+    assert settings_for(BEAM, "1%", tmp_path / "trade.csv").changes == {}  # others reach it
+
+
 def test_a_table_of_another_version_is_left_aside_and_it_is_said(tmp_path: Path) -> None:
     made(BARE).save(tmp_path)
     other = BEAM.with_(**{"material.Gf": 0.08})
@@ -102,6 +127,8 @@ def test_the_nearest_scene_lends_its_table() -> None:
     tension = Scene.load("notched-tension")
     assert lender(cyclic.with_(**{"specimen.notch": 8.0})) == "reinhardt-cyclic"
     assert lender(tension.with_(**{"specimen.notch": 8.0})) == "notched-tension"
+    growing = {"specimen.notch": 8.0, "stage": [{"control": "opening", "to": [0.02, 0.3]}]}  # in no cycles
+    assert lender(tension.with_(**growing)) == "notched-tension"
 
 
 def test_settings_are_carried_over_as_the_knobs_say() -> None:

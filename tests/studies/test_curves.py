@@ -9,7 +9,7 @@ from cohesive.studies.curves import Curve, Pair
 
 
 def curve(opening: list[float], load: list[float]) -> Curve:
-    return Curve(np.array(opening), np.array(load), np.zeros(len(load)), None)
+    return Curve(np.array(opening), np.array(load), np.zeros(len(load)), None, max(load), opening[load.index(max(load))])
 
 
 def test_areas() -> None:

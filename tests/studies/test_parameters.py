@@ -36,7 +36,7 @@ def test_finer_is_finer_in_everything() -> None:
     smeared = BEAM.with_(**{"model.kind": "smeared", "band.width": 2.0})
     assert changes(smeared, {"finer": 2.0})["band.width"] == 1.0
     jacobsen = Scene.load("jacobsen-mixed-mode")
-    assert changes(jacobsen, {"steps": 2.0}) == {"stage.0.steps": 80, "stage.1.step": 0.005}
+    assert changes(jacobsen, {"steps": 2.0}) == {"stage.0.steps": 48, "stage.1.step": 0.005}
 
 
 def test_sizes_follow_the_shorter_of_crack_and_process_zone() -> None:
