@@ -17,7 +17,7 @@ from ..scenes.scene import Scene
 from ..solver.controls import control_of
 from .data import Data
 from .intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics
-from .parameters import inside, varied
+from .parameters import OFFSET, inside, varied
 from .problem import FAILURES, FitEvaluation, FitProblem
 from .repeated_run import RepeatedRun, value_of
 from .result import Fit, Minimum
@@ -54,6 +54,9 @@ _MOST_STARTS = 1000
 
 #: parameters of contact and shear
 _OF_SHEAR = ("h", "m_g", "r_sigma", "mu_sigma", "c1", "n_g", "r_z", "c_zn", "c_lm", "u_phi0", "Zm")
+
+#: how often noise is told from the residuals, and the rows are weighed by it
+_WEIGHINGS = 2
 
 #: measured and computed largest loads may differ by this factor
 _UNITS = 100.0
@@ -115,6 +118,11 @@ def fit(
     _refuse_unseen(problem, first)
     distinct = minima(problem, _starts(problem, starts))
     best = problem.evaluate(distinct[0].z)
+    for _ in range(_WEIGHINGS):
+        if not problem.weigh(best):
+            break
+        distinct = sorted((_again(problem, one) for one in distinct), key=lambda one: one.cost)
+        best = problem.evaluate(distinct[0].z)
     added = _scatter(problem, best, scatter or {})
     spread = statistics(problem, best, added)
     kind, ends = _intervals(problem, best, spread, profile)
@@ -144,9 +152,10 @@ def _problem(
     data = [Data.from_reference(one, weights, loss) for one in references]
     for scene in scenes:
         for key in vary:
-            value_of(scene, key)
-    parameters = varied(scenes, vary, own)
-    started = {p.key: p.start for p in reversed(parameters)}
+            if key != OFFSET:
+                value_of(scene, key)
+    parameters = varied(scenes, vary, own, [[curve.x_offset for curve in each.curves] for each in data])
+    started = {p.key: p.start for p in reversed(parameters) if p.curve is None}
     return FitProblem([RepeatedRun(scene.with_(**started)) for scene in scenes], data, parameters)
 
 
@@ -261,6 +270,14 @@ def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
             raise SceneError("no start of the fit runs; expected other bounds")
         distinct.append(_minimum(problem, *solved, starts=0))
     return sorted(distinct, key=lambda one: one.cost)
+
+
+def _again(problem: FitProblem, one: Minimum) -> Minimum:
+    """A minimum with the weights that the rows have now."""
+    solved = minimize(problem, inside(problem.parameters, one.z))
+    if solved is None:
+        return one
+    return replace(_minimum(problem, *solved, starts=one.starts), evaluations=one.evaluations + solved[2])
 
 
 def _minimum(problem: FitProblem, z: Array, cost: float, evaluations: int, starts: int) -> Minimum:

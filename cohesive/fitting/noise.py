@@ -1,0 +1,133 @@
+"""Noise of gauge and load cell from the residuals of a fit, and the weights that follow.
+
+A row that was measured at x + e_x as y + e_y leaves the residual L(x + e_x) - y - e_y, to first order with the variance
+s_y^2 + L'(x)^2 s_x^2, L' the slope of the model (effective variance: Orear, Am. J. Phys. 50 (1982) 912). What the model cannot
+follow is common to neighbouring rows. So noise is estimated from the differences of each residual from the mean of its
+neighbours; beside it stands a variance of the pieces, t^2, with which the weighted sum of squares is what their number lets
+expect (Paule and Mandel, J. Res. NBS 87 (1982) 377). The weights are those of means over pieces, 1/(t^2 + v),
+1/v = sum of 1/(s_y^2 + L'^2 s_x^2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Array
+from .data import Data, means
+
+#: rows from which on noise is estimated
+_ROWS = 30
+
+#: twice the rise of the log-likelihood that noise of a gauge must bring: one time of a thousand it does by chance, and
+#: neighbouring differences share rows, which makes them worth two thirds
+_SEEN = 10.8 * 1.5
+
+#: least standard deviation of a load, part of the peak: files have digits
+_LEAST = 1e-6
+
+_ROUNDS = 30
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations.
+
+    Attributes
+    ----------
+    opening : of the motion, mm; 0 if the rows do not show it
+    load : of the load, N
+    misfit : of what the model does not follow, N
+    """
+
+    opening: float
+    load: float
+    misfit: float
+
+    def words(self, against: str, peak: float) -> str:
+        """One sentence."""
+        motion = f"{1e3 * self.opening:.2g} um in {against}" if self.opening else f"none seen in {against}"
+        return (
+            f"noise: {motion}, {self.load:.3g} N in the load; beside it the model leaves "
+            f"{100 * self.misfit / peak:.2g} % of the peak"
+        )
+
+
+def weighed(data: Data, load: Array, slope: Array, numbers: int) -> tuple[Data, Noise] | None:
+    """Data whose pieces weigh what noise and misfit leave them; None for few rows, a band or another loss.
+
+    Parameters
+    ----------
+    load, slope : (n,) arrays, the computed load and its slope in x at the rows, N and N/mm
+    numbers : how many are fitted
+    """
+    if data.loss != "linear" or len(data.x) < _ROWS:
+        return None
+    residuals = load - data.middle
+    opening, of_load = _noise(data, residuals, slope)
+    variance = of_load + slope**2 * opening
+    gather = means(data.piece, 1.0 / variance)
+    of_piece = 1.0 / np.bincount(data.piece, 1.0 / variance)
+    left = gather @ residuals
+    misfit = _misfit(left, of_piece, len(left) - numbers)
+    root = np.sqrt(1.0 / (misfit + of_piece))
+    root /= np.sqrt(np.mean(root**2))
+    noise = Noise(float(np.sqrt(opening)), float(np.sqrt(of_load)), float(np.sqrt(misfit)))
+    return replace(data, gather=gather.multiply(root[:, None]).tocsr()), noise
+
+
+def _noise(data: Data, residuals: Array, slope: Array) -> tuple[float, float]:
+    """Variances of motion and load, mm^2 and N^2, by maximum likelihood from the second differences of the residuals."""
+    inner = np.flatnonzero((data.curve[2:] == data.curve[:-2])) + 1
+    away = residuals[inner] - 0.5 * (residuals[inner - 1] + residuals[inner + 1])
+    square = slope**2
+    terms = np.stack([np.full(len(inner), 1.5), square[inner] + 0.25 * (square[inner - 1] + square[inner + 1])], axis=1)
+    least = (_LEAST * data.peak) ** 2
+    alone = max(float(np.mean(away**2)) / 1.5, least)
+    both = _fitted(terms, away**2, least)
+    if _unlikely(terms @ [alone, 0.0], away) - _unlikely(terms @ both, away) < _SEEN:
+        return 0.0, alone
+    return float(both[1]), float(both[0])
+
+
+def _fitted(terms: Array, squares: Array, least: float) -> Array:
+    """Two variances, not negative, whose sum of terms is that of the squares: weighted least squares, again and again."""
+    from scipy.optimize import nnls  # slow to import
+
+    variance = np.full(len(squares), max(float(squares.mean()), least))
+    found = np.zeros(2)
+    for _ in range(_ROUNDS):
+        last, found = found, nnls(terms / variance[:, None], squares / variance)[0]
+        found[0] = max(found[0], least)
+        variance = terms @ found
+        if np.allclose(found, last, rtol=1e-3):
+            break
+    return np.asarray(found)
+
+
+def _unlikely(variance: Array, away: Array) -> float:
+    """Twice the negative log-likelihood of normal deviations."""
+    return float(np.sum(np.log(variance) + away**2 / variance))
+
+
+def _misfit(left: Array, variance: Array, freedom: int) -> float:
+    """The variance t^2, N^2, with which the sum of left^2/(t^2 + variance) is the number of degrees of freedom; 0 if it is less
+    without."""
+    from scipy.optimize import brentq  # slow to import
+
+    def over(added: float) -> float:
+        return float(np.sum(left**2 / (added + variance))) - max(freedom, 1)
+
+    return 0.0 if over(0.0) <= 0.0 else float(brentq(over, 0.0, float(np.sum(left**2))))
+
+
+def sentences(data: Sequence[Data], noises: Sequence[Noise | None]) -> list[str]:
+    """What is said of the noise of each scene that shows any."""
+    several = len(data) > 1
+    return [
+        (f"{each.curves[0].name}: " if several else "") + noise.words(each.against, each.peak)
+        for each, noise in zip(data, noises, strict=True)
+        if noise is not None
+    ]
