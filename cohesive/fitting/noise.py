@@ -28,7 +28,8 @@ _SEEN = 10.8 * 1.5
 #: least standard deviation of a load, part of the peak: files have digits
 _LEAST = 1e-6
 
-_ROUNDS = 30
+#: logarithms of the noise that the gauge brings to the load where it is steepest over that of the load, both squared
+_POWERS = np.linspace(-6.0, 20.0, 27)
 
 
 @dataclass(frozen=True)
@@ -80,36 +81,28 @@ def weighed(data: Data, load: Array, slope: Array, numbers: int) -> tuple[Data, 
 
 def _noise(data: Data, residuals: Array, slope: Array) -> tuple[float, float]:
     """Variances of motion and load, mm^2 and N^2, by maximum likelihood from the second differences of the residuals."""
-    inner = np.flatnonzero((data.curve[2:] == data.curve[:-2])) + 1
-    away = residuals[inner] - 0.5 * (residuals[inner - 1] + residuals[inner + 1])
-    square = slope**2
-    terms = np.stack([np.full(len(inner), 1.5), square[inner] + 0.25 * (square[inner - 1] + square[inner + 1])], axis=1)
+    from scipy.optimize import minimize_scalar  # slow to import
+
+    inner = np.flatnonzero(data.curve[2:] == data.curve[:-2]) + 1
+    squares = np.maximum(np.square(residuals[inner] - 0.5 * (residuals[inner - 1] + residuals[inner + 1])), 1e-300)
+    steep = np.square(slope / abs(slope).max())
+    terms = 1.5, steep[inner] + 0.25 * (steep[inner - 1] + steep[inner + 1])
     least = (_LEAST * data.peak) ** 2
-    alone = max(float(np.mean(away**2)) / 1.5, least)
-    both = _fitted(terms, away**2, least)
-    if _unlikely(terms @ [alone, 0.0], away) - _unlikely(terms @ both, away) < _SEEN:
-        return 0.0, alone
-    return float(both[1]), float(both[0])
 
+    def of_load(ratio: float) -> float:
+        return max(float(np.mean(squares / (terms[0] + ratio * terms[1]))), least)
 
-def _fitted(terms: Array, squares: Array, least: float) -> Array:
-    """Two variances, not negative, whose sum of terms is that of the squares: weighted least squares, again and again."""
-    from scipy.optimize import nnls  # slow to import
+    def unlikely(power: float) -> float:
+        variance = of_load(np.exp(power)) * (terms[0] + np.exp(power) * terms[1])
+        return float(np.sum(np.log(variance) + squares / variance))
 
-    variance = np.full(len(squares), max(float(squares.mean()), least))
-    found = np.zeros(2)
-    for _ in range(_ROUNDS):
-        last, found = found, nnls(terms / variance[:, None], squares / variance)[0]
-        found[0] = max(found[0], least)
-        variance = terms @ found
-        if np.allclose(found, last, rtol=1e-3):
-            break
-    return np.asarray(found)
-
-
-def _unlikely(variance: Array, away: Array) -> float:
-    """Twice the negative log-likelihood of normal deviations."""
-    return float(np.sum(np.log(variance) + away**2 / variance))
+    best = min(_POWERS, key=unlikely)
+    step = _POWERS[1] - _POWERS[0]
+    best = float(minimize_scalar(unlikely, bounds=(best - step, best + step), method="bounded").x)
+    if unlikely(-np.inf) - unlikely(best) < _SEEN:
+        return 0.0, of_load(0.0)
+    ratio = float(np.exp(best))
+    return ratio * of_load(ratio) / float(np.square(slope).max()), of_load(ratio)
 
 
 def _misfit(left: Array, variance: Array, freedom: int) -> float:
