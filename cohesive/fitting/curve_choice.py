@@ -152,7 +152,8 @@ def _with_points(
 ) -> tuple[list[Scene], dict[str, tuple[float, float]]]:
     """Scenes with free points, on the best curve so far."""
     best = min(done, key=lambda one: one.rms, default=None)
-    carried = {} if best is None else {key: best.values[key] for key in vary if key in best.values and key not in (*_OF_POINTS, OFFSET)}
+    known = {} if best is None else best.values
+    carried = {key: known[key] for key in vary if key in known and key not in (*_OF_POINTS, OFFSET)}
     start = [scene.with_(**carried) for scene in scenes]
     material = (scenes[0] if best is None else best.scenes[0]).material
     ft, unit = float(material.ft), float(material.Gf) / float(material.ft)

@@ -16,7 +16,7 @@ from ..measured.curve import Measured, Reference, outside
 PIECES = 100
 
 #: number of measured places up to which a run stands at each; number of those of a curve with more
-ROWS, TARGETS = 200, 100
+ROWS, TARGETS = 200, 150
 
 LOSSES = ("linear", "soft_l1", "band")
 

@@ -69,7 +69,8 @@ def _draw_loads(axes: Axes, problem: FitProblem, best: FitEvaluation, scenes: Se
 def _draw_residuals(axes: Axes, problem: FitProblem, best: FitEvaluation) -> None:
     for i, (data, load) in enumerate(zip(problem.data, best.loads, strict=True)):
         gap = 100.0 * data.gap(load)[0]
-        axes.plot(problem.rows(best.z, i).x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=5 if len(gap) <= 100 else 2)
+        x, size = problem.rows(best.z, i).x, 5 if len(gap) <= 100 else 2
+        axes.plot(x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=size)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
     against = {data.against for data in problem.data}
     axes.set(xlabel=f"{' / '.join(sorted(against))} (mm)", ylabel="fit - measured\n(% of the peak)")

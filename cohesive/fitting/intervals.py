@@ -181,9 +181,9 @@ def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: A
         if top - bottom > 2.0 * _WIDE * abs(value):
             sentences.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
     if np.isnan(ends).any():
+        remedy = "; a profile (--profile) finds some" if count > len(z) else f", too few for {len(z)} numbers"
         sentences.append(
-            f"intervals are not known: rows inside a band have no weight, those outside are worth {count:.1f}"
-            + (" independent ones, of which a profile (--profile) may make some" if count > len(z) else f", for {len(z)} numbers")
+            f"intervals are not known: rows inside a band have no weight, and those outside are worth {count:.1f}{remedy}"
         )
     elif not is_set and count < 2.0 * len(z) + 1.0:
         sentences.append(

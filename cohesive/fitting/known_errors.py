@@ -124,6 +124,6 @@ def _waves(change: Array, residuals: Array, title: str) -> list[str]:
     before, after = (float(np.sqrt(np.mean(np.square(each)))) for each in (residuals, residuals + change))
     removed = f", which leaves rms {100 * after:.2g} in place of {100 * before:.2g} %" if after < before else ""
     return [
-        f"{title}{': ' if title else ''}waves of up to {100 * largest:.2g} % of the peak in the residuals are of the mesh or its "
-        f"steps: elements of half the size have them not{removed}"
+        f"{title}{': ' if title else ''}waves of up to {100 * largest:.2g} % of the peak in the residuals are of the mesh or "
+        f"its steps: elements of half the size have them not{removed}"
     ]

@@ -106,8 +106,7 @@ def _noise(data: Data, residuals: Array, slope: Array) -> tuple[float, float]:
 
 
 def _misfit(left: Array, variance: Array, freedom: int) -> float:
-    """The variance t^2, N^2, with which the sum of left^2/(t^2 + variance) is the number of degrees of freedom; 0 if it is less
-    without."""
+    """The variance t^2, N^2, with which the sum of left^2/(t^2 + variance) is the number of degrees of freedom; at least 0."""
     from scipy.optimize import brentq  # slow to import
 
     def over(added: float) -> float:

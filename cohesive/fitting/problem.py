@@ -222,8 +222,8 @@ def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:
 def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) -> tuple[Array, Array]:
     """Load at the measured rows, (n,), N, and its slope in x, N/mm, or with the derivatives of a history its own derivative.
 
-    Between the rows of the run by Akima's piecewise cubic, which does not overshoot at a kink; beyond the end the last one, and
-    on the initial tangent below 0, where noise or seating puts rows. Where an event has ended the run, the end moves with it.
+    Between the rows of the run by Akima's piecewise cubic, which does not overshoot at a kink; beyond the end the last one,
+    and below 0, where noise or seating puts rows, on the initial tangent. If an event has ended the run, the end moves along.
 
     Raises
     ------

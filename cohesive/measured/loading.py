@@ -94,7 +94,7 @@ def _rows(given: Sequence[int] | None, count: int) -> tuple[int, int]:
         return 0, count
     first, last = given
     if not 1 <= first < last <= count:
-        raise TableError(f"it has {count} rows of data; expected reference.rows = {list(given)} to be two of them, the first is 1")
+        raise TableError(f"it has {count} rows of data, the first is 1; expected reference.rows = {list(given)} among them")
     return first - 1, last
 
 
@@ -114,7 +114,9 @@ def _test(x: Array, loads: Array, motion: str, notes: list[str]) -> tuple[Array,
     stretches = unloadings(x)
     if stretches and stretches[-1][1] == len(x):
         end = stretches.pop()[0]
-        notes.append(f"the unloading after the test is cut, {len(x) - end} of its {len(x)} rows from {motion} = {x[end]:.4g} mm on")
+        notes.append(
+            f"the unloading after the test is cut: {len(x) - end} of {len(x)} rows, from {motion} = {x[end]:.4g} mm on"
+        )
         x, loads = x[:end], loads[:end]
     furthest = np.maximum.accumulate(x)
     if not len(x) > 1 or not furthest[-1] > x[0]:
@@ -130,8 +132,8 @@ def _test(x: Array, loads: Array, motion: str, notes: list[str]) -> tuple[Array,
     back = (x < furthest) & loaded
     if back.any():
         notes.append(
-            f"noise lets {motion} run back in {int(back.sum())} of its {len(x)} rows, by up to {(furthest - x)[back].max():.3g} "
-            "mm: a fit takes every row, the curve means of neighbours"
+            f"noise lets {motion} run back in {int(back.sum())} of its {len(x)} rows, by up to "
+            f"{(furthest - x)[back].max():.3g} mm: a fit takes every row, a curve means of neighbours"
         )
     return x, loads
 
@@ -163,8 +165,8 @@ def _toe(x: Array, load: Array, parts: Sequence[float]) -> tuple[float, int]:
     rising = np.flatnonzero((load[: peak + 1] >= low) & (load[: peak + 1] <= high))
     if len(rising) < 2 or not np.ptp(load[rising]) > 0:
         raise TableError(
-            f"{len(rising)} of its rows lie between {low:.4g} and {high:.4g} N before the peak, reference.toe = {list(parts)}; "
-            "expected at least 2 with a load that rises"
+            f"{len(rising)} of its rows lie between {low:.4g} and {high:.4g} N before the peak; expected reference.toe with "
+            "at least 2 rows and a load that rises"
         )
     return float(np.polyfit(load[rising], x[rising], 1)[1]), int(rising[0])
 
@@ -192,8 +194,8 @@ def _offset(x: Array, load: Array, motion: str) -> tuple[float, list[str]]:
 
 
 def _first_motion(x: Array, load: Array, peak: int) -> float:
-    """The motion under the first load: of a straight line through the rows up to a tenth of the way to the largest one, for the
-    first row alone has all its noise."""
+    """The motion under the first load: of a straight line through the rows up to a tenth of the way to the largest one, for
+    the first row alone has all its noise."""
     rise = load[: peak + 1] - load[0]
     early = int(np.argmax(abs(rise) > _UNLOADED * abs(rise[-1]))) if peak else 0
     if early < _LINE or not np.ptp(load[:early]) > 0:

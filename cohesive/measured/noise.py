@@ -24,7 +24,7 @@ def deviation_of(x: Array) -> float:
     steps = abs(np.diff(x))
     resolution = float(steps[steps > 1e-9 * np.ptp(x)].min(initial=np.inf))
     away = _NORMAL * float(np.median(abs(x[1:-1] - 0.5 * (x[2:] + x[:-2])))) / _SECOND
-    return max(away, _RESOLUTION * resolution) if np.isfinite(resolution) else away
+    return float(max(away, _RESOLUTION * resolution)) if np.isfinite(resolution) else away
 
 
 def unloadings(x: Array) -> list[tuple[int, int]]:

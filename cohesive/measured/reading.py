@@ -50,8 +50,8 @@ def read_measured(
 
     Separator, decimal sign, encoding, lines before the data and units are found from the file. A column whose heading names
     quantity and unit comes before one that does not; a constant column is none; load_min and load_max are a band; the mean of
-    two gauges of one quantity counts. Pre-loads before the test, unloading in it and after it are left out; what runs back with
-    noise is kept. What was taken, and what else there was, is said in `Measured.notes`.
+    two gauges of one quantity counts. Pre-loads before the test, unloading in it and after it are left out; what runs back
+    with noise is kept. What was taken, and what else there was, is said in `Measured.notes`.
 
     Parameters
     ----------

@@ -162,14 +162,14 @@ class ReferenceOptions(Table):
     y_unit: str | None = key("unit of y, as 'kN'. Default: from the heading, else N", None)
     against: str | None = key("column of the history that x is; default: that which its name says", None)
     x_offset: float | list[float] | None = key(
-        "what the gauge shows before the test, taken off x; one for each file, or one for all; `fit` may vary it. Default: of a "
-        "gauge that was not set to zero what it shows first, else nothing",
+        "what the gauge shows before the test, taken off x: one for all files, or one for each; `fit` may vary it. Default: "
+        "of a gauge that was not set to zero what it shows first, else nothing",
         None,
         unit="mm",
     )
     y_offset: float | None = key("what the load cell shows before the test, taken off y", None, unit="N")
     rows: list[int] | None = key("[first, last]: the rows of data that count, the first is 1; default: all", None)
-    from_load: float | None = key("rows before the load reaches this are left out, as those of seating", None, unit="N", above=0)
+    from_load: float | None = key("rows before the load reaches this, as in seating, are left out", None, unit="N", above=0)
     toe: list[float] | None = key(
         "[low, high], as [0.2, 0.4]: parts of the largest load between which the rise is taken as a straight line, which is "
         "extended to no load, from where x counts; rows before it are left out",
@@ -190,7 +190,7 @@ class ReferenceOptions(Table):
         ):
             raise ParameterError.at("toe", f" = {self.toe!r}: expected [low, high], parts of the largest load, as [0.2, 0.4]")
         if self.toe is not None and self.x_offset is not None:
-            raise ParameterError.at("toe", f" = {self.toe!r}: it says what x_offset = {self.x_offset!r} says; expected one of them")
+            raise ParameterError.at("toe", f" = {self.toe!r}: x_offset = {self.x_offset!r} says it, too; expected one of them")
         if not files or not all(isinstance(name, str) for name in files) or len(set(files)) < len(files):
             raise ParameterError.at("file", f" = {self.file!r}: expected a file or a list of different files")
         columns = self.y if isinstance(self.y, list) else [self.y]
