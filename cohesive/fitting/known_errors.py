@@ -46,7 +46,7 @@ def scatter_of(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[
             values = problem.values(evaluation.z, i)
             base = values.get(key, value_of(repeated.scene, key))
             moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
-            loads.append(at_rows(moved.run({}, problem.stages[i]), problem.rows(evaluation.z, i))[0])
+            loads.append(at_rows(moved.run({}, problem.stages_of(evaluation.z, i)), problem.rows(evaluation.z, i))[0])
         shift = _shift(problem, evaluation, jacobian, loads)
         added += np.outer(shift, shift)
     return added
@@ -90,7 +90,9 @@ class MeshPart:
                 return cls(unknown, (f"mesh: its part is not known, as {what} is not refined; compare with a finer one",))
             finer = {"mesh.crack_size": sizes.crack_size / _FINER, "mesh.far_size": sizes.far_size / _FINER}
             try:
-                rows = RepeatedRun(scene.with_(**finer)).run({}, [_halved(stage) for stage in problem.stages[i]])
+                rows = RepeatedRun(scene.with_(**finer)).run(
+                    {}, [_halved(stage) for stage in problem.stages_of(evaluation.z, i)]
+                )
                 loads.append(at_rows(rows, problem.rows(evaluation.z, i))[0])
             except FAILURES as error:
                 return cls(unknown, (f"warning: the part of the mesh is not known, a finer one does not run: {error}",))
@@ -108,7 +110,7 @@ class MeshPart:
 
 
 def _halved(stage: Stage) -> Stage:
-    """A stage with steps of half the length, if they are few."""
+    """A stage with a target between each two, if they are few measured places."""
     targets = np.array(stage.targets)
     if stage.steps is None and len(targets) < ROWS / 2:
         between = 0.5 * (np.r_[0.0, targets[:-1]] + targets)

@@ -119,7 +119,7 @@ class FitProblem:
         """
         if self._last is not None and np.array_equal(self._last.z, z):
             return self._last
-        rows = [self._run(i, self.values(z, i)) for i in range(len(self.repeated))]
+        rows = [self._run(i, z) for i in range(len(self.repeated))]
         loads = [at_rows(each, self.rows(z, i))[0] for i, each in enumerate(rows)]
         residuals = [data.residuals(load) for load, data in zip(loads, self.data, strict=True)]
         self._last = FitEvaluation(z.copy(), loads, np.concatenate(residuals), rows)
@@ -136,9 +136,14 @@ class FitProblem:
         self._last = replace(evaluation, residuals=np.concatenate(residuals))
         return any(self.noises)
 
-    def _run(self, i: int, values: dict[str, float]) -> Rows:
+    def stages_of(self, z: Array, scene: int) -> list[Stage]:
+        """The stages of a scene; its targets move with the offsets of its curves."""
+        data = self.rows(z, scene)
+        return self.stages[scene] if data is self.data[scene] else stages_at(self.repeated[scene].scene.stages, data)
+
+    def _run(self, i: int, z: Array) -> Rows:
         """A run of a scene; if its crack snaps under the measured motion, by its opening, which goes on."""
-        repeated, stages, data = self.repeated[i], self.stages[i], self.data[i]
+        repeated, stages, data, values = self.repeated[i], self.stages_of(z, i), self.data[i], self.values(z, i)
         try:
             return repeated.run(values, stages)
         except (NotConverged, TooCostly):

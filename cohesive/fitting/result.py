@@ -111,14 +111,15 @@ class Fit:
     @cached_property
     def scenes(self) -> list[Scene]:
         """The scenes with the fitted numbers, and with the offsets of their curves if these were varied."""
-        scenes = []
-        for i, scene in enumerate(self._given):
-            values: dict[str, Any] = dict(self.problem.values(self.best.z, i))
-            if scene.reference is not None and any(each.curve is not None for each in self.problem.parameters):
-                offsets = [float(offset) for offset in self.problem.offsets(self.best.z, i)]
-                values[OFFSET] = offsets if len(offsets) > 1 else offsets[0]
-            scenes.append(scene.with_(**values))
-        return scenes
+        values = [self.problem.values(self.best.z, i) | self._offsets(i) for i in range(len(self._given))]
+        return [scene.with_(**each) for scene, each in zip(self._given, values, strict=True)]
+
+    def _offsets(self, i: int) -> dict[str, Any]:
+        """The offsets of the curves that a scene names, if they were varied."""
+        if self._given[i].reference is None or all(each.curve is None for each in self.problem.parameters):
+            return {}
+        offsets = [float(offset) for offset in self.problem.offsets(self.best.z, i)]
+        return {OFFSET: offsets if len(offsets) > 1 else offsets[0]}
 
     @cached_property
     def evaluations(self) -> list[Evaluation]:
@@ -137,7 +138,7 @@ class Fit:
     @cached_property
     def results(self) -> list[Result]:
         """A run of each scene with the fitted numbers, on the mesh and at the places of the fit, which its scene names."""
-        return [run(rows.scene) for rows in self.best.rows]
+        return [run(rows.scene.with_(**self._offsets(i))) for i, rows in enumerate(self.best.rows)]
 
     def curve_samples(self, scene: int = 0, count: int = 200) -> list[Any]:
         """Softening curves of numbers drawn from the covariance, those that are curves; the fitted one first."""

@@ -189,7 +189,10 @@ def _offset(x: Array, load: Array, motion: str) -> tuple[float, list[str]]:
             f"reference.x_offset = {begin:.4g} counts from there"
         )
     if first > _PRELOAD and abs(begin - shift) < 1e-3 * travel:
-        notes.append(f"the load at the start is {load[0]:.4g} N, {100 * first:.2g} % of the largest one, and is kept")
+        notes.append(
+            f"the load at the start is {load[0]:.4g} N, {100 * first:.2g} % of the largest one, and is kept: "
+            f"reference.y_offset = {load[0]:.4g} takes it off"
+        )
     return shift, notes
 
 
