@@ -22,6 +22,9 @@ _ERROR = 1.0 / (1.0 - 1.0 / _FINER)
 #: waves of the computed curve that are said, part of the peak
 _WAVES = 3e-3
 
+#: part to which a finer mesh must bring the residuals to be said
+_REMOVED = 0.95
+
 
 def scatter_of(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[str, float]) -> Array | None:
     """What known scatter of other numbers adds to the covariance, (m, m): each moves the fit by -(J'J)^-1 J' dr.
@@ -124,7 +127,7 @@ def _waves(change: Array, residuals: Array, title: str) -> list[str]:
     if largest < _WAVES:
         return []
     before, after = (float(np.sqrt(np.mean(np.square(each)))) for each in (residuals, residuals + change))
-    removed = f", which leaves rms {100 * after:.2g} in place of {100 * before:.2g} %" if after < before else ""
+    removed = f", which leaves rms {100 * after:.2g} in place of {100 * before:.2g} %" if after < _REMOVED * before else ""
     return [
         f"{title}{': ' if title else ''}waves of up to {100 * largest:.2g} % of the peak in the residuals are of the mesh or "
         f"its steps: elements of half the size have them not{removed}"

@@ -79,10 +79,10 @@ def test_few_rows_and_bands_count_as_they_did() -> None:
 
 
 def test_intervals_of_noisy_files_hold_the_truth() -> None:
-    """38 of 40 are expected; fewer than 34 come by chance once in 200 times. Equal weights hold E in half of the files."""
-    found = cover(model(), 200, files=40, whole=0)
+    """23 of 24 are expected; fewer than 20 come by chance once in 200 times. Equal weights hold E in half of the files."""
+    found = cover(model(), 200, files=24, whole=0)
     for key in COVERED:
-        assert found.held[key] >= 0.85, key
+        assert found.held[key] >= 0.83, key
         assert abs(found.bias[key]) < 0.5, key
     assert found.deviation["material.E"] < 0.01
 
