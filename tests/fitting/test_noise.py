@@ -14,6 +14,7 @@ from cohesive import Scene, fit, run
 from cohesive.arrays import Array
 from cohesive.fitting.data import Data
 from cohesive.fitting.noise import weighed
+from cohesive.fitting.problem import at_rows
 from cohesive.measured.curve import Measured, Reference
 from examples.coverage import TRUTH as COVERED
 from examples.coverage import LinearRun, beam, cover, linear_fit, noisy
@@ -154,3 +155,14 @@ def test_a_band_that_is_not_met_bears_no_interval(tmp_path: Path) -> None:
     assert "intervals are not known: rows inside a band have no weight" in " ".join(fitted.identifiable)
     fitted.save(tmp_path)
     assert json.loads((tmp_path / "fit.json").read_text())["intervals"]["material.ft"] == [None, None]
+
+
+def test_rows_before_zero_lie_on_the_initial_tangent() -> None:
+    """Noise puts them there; a load of 0 would make the curve too soft."""
+    scene = model().scene
+    rows = model().run(COVERED, [scene.stages[0]])
+    curve = Measured.from_curve(np.array([-0.002, -0.001, 0.0, 0.001]), np.arange(4.0), against="cmod")
+    data = Data.from_reference(Reference("r", "cmod", (curve,)), "arc")
+    load, slope = at_rows(rows, data)
+    np.testing.assert_allclose(load[:3], slope[2] * data.x[:3], rtol=1e-9, atol=1e-9)
+    assert slope[2] > 0
