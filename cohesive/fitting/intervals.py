@@ -178,7 +178,7 @@ def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: A
                 sentences.append(f"{pair} trade: r = {correlation[i, j]:.2f}".replace("0.", "."))
     for each, at, (low, high) in zip(parameters, z, ends, strict=True):
         value, bottom, top = each.value(float(at)), each.value(float(low)), each.value(float(high))
-        if top - bottom > 2.0 * _WIDE * abs(value):
+        if each.curve is None and top - bottom > 2.0 * _WIDE * abs(value):  # an offset may be 0
             sentences.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
     if np.isnan(ends).any():
         remedy = "; a profile (--profile) finds some" if count > len(z) else f", too few for {len(z)} numbers"

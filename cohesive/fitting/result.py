@@ -166,7 +166,7 @@ class Fit:
         for name, value in self.values.items():
             mesh, part = self.mesh_errors[name], ""
             if not np.isnan(mesh):
-                part = f"  mesh {100 * mesh / abs(value):.2g} %" if abs(value) > mesh else f"  mesh {mesh:.2g}"
+                part = f"  mesh {mesh:.2g}" if name.startswith(OFFSET) else f"  mesh {100 * mesh / abs(value):.2g} %"
             lines.append(f"  {name:<{width}}  {value:<10.4g} {interval_words(*self.intervals[name]):<24}{part}".rstrip())
         lines[-len(self.values) - 1] += f"; intervals of 95 % ({_KINDS[self.interval_kind]}):"
         lines += [f"identifiable: {words}" for words in self.identifiable]
