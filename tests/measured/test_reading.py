@@ -207,5 +207,5 @@ def test_a_million_rows_take_seconds(tmp_path: Path) -> None:
     clock = time.process_time()
     measured = curve(tmp_path, text, y="Kraft")
     assert time.process_time() - clock < 10.0
-    assert len(measured.x) == 10**5
-    assert "in 899991 of its 1000000 rows" in measured.notes[0]
+    assert abs(len(measured.x) - 10**5) < 20  # near its turns a row may be taken for noise of the last digit
+    assert "in 9 unloading(s) by up to 1 mm" in measured.notes[0]
