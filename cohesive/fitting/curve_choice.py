@@ -14,7 +14,10 @@ from ..errors import SceneError
 from ..law.softening import SOFTENING
 from ..results.files import make_folder, write_table
 from ..scenes.scene import Scene
+from .data import effective_count
 from .fit import fit
+from .intervals import interval_words, sequences
+from .parameters import OFFSET
 from .result import Fit
 
 #: bounds of the numbers of a kink, and where it starts
@@ -64,7 +67,7 @@ class CurveChoice:
         lines.append(f"least AIC: {self.best}")
         for name, one in self.fits.items():
             ends = "; ".join(
-                f"{key.removeprefix('material.')} {value:.4g} ({one.intervals[key][0]:.4g} to {one.intervals[key][1]:.4g})"
+                f"{key.removeprefix('material.')} {value:.4g} ({interval_words(*one.intervals[key])})"
                 for key, value in one.values.items()
             )
             lines.append(f"{name}: {ends}")
@@ -101,7 +104,7 @@ def fit_curves(
     for curve in curves:
         changed, bounds = _with_curve(each, vary, curve, list(fits.values()))
         fits[curve] = fit(changed, bounds, **options)
-    count = min(one.effective_rows for one in fits.values())
+    count = min(effective_count(sequences(one.problem, one.best.residuals)) for one in fits.values())
     table = []
     for name, one in fits.items():
         m = len(one.values)
@@ -117,7 +120,7 @@ def _warnings(fits: Mapping[str, Fit]) -> list[str]:
     sentences = []
     for name, one in fits.items():
         m = len(one.values)
-        if one.effective_rows < _FOR_EACH * m and one.interval_kind != "feasible":
+        if one.effective_rows < _FOR_EACH * m and one.interval_kind not in ("feasible", "unknown"):
             sentences.append(
                 f"warning: {name} asks {m} numbers of residuals that are worth {one.effective_rows:.1f} independent ones; its "
                 "intervals say what they are good for"
@@ -149,7 +152,8 @@ def _with_points(
 ) -> tuple[list[Scene], dict[str, tuple[float, float]]]:
     """Scenes with free points, on the best curve so far."""
     best = min(done, key=lambda one: one.rms, default=None)
-    carried = {} if best is None else {key: best.values[key] for key in vary if key in best.values and key not in _OF_POINTS}
+    known = {} if best is None else best.values
+    carried = {key: known[key] for key in vary if key in known and key not in (*_OF_POINTS, OFFSET)}
     start = [scene.with_(**carried) for scene in scenes]
     material = (scenes[0] if best is None else best.scenes[0]).material
     ft, unit = float(material.ft), float(material.Gf) / float(material.ft)

@@ -16,7 +16,7 @@ from ..measured.curve import Measured, Reference, outside
 PIECES = 100
 
 #: number of measured places up to which a run stands at each; number of those of a curve with more
-ROWS, TARGETS = 200, 100
+ROWS, TARGETS = 200, 150
 
 LOSSES = ("linear", "soft_l1", "band")
 
@@ -33,7 +33,8 @@ class Data:
     against : column of the history that x was measured as
     curves : the measured curves
     x, low, high : (n,) arrays, the rows one curve after the other, mm and N
-    gather : (p, n) matrix, the means over the pieces
+    curve, piece : (n,) arrays, the number of the curve and of the piece of each row
+    gather : (p, n) matrix, the means over the pieces, times the root of their weights if noise has told them
     starts : (p,) array, whether a piece is the first of its curve
     peak : largest measured load, N
     loss : "linear", "soft_l1" or "band"
@@ -44,6 +45,8 @@ class Data:
     x: Array
     low: Array
     high: Array
+    curve: Index
+    piece: Index
     gather: sp.csr_array
     starts: Array
     peak: float
@@ -71,18 +74,17 @@ class Data:
             raise SceneError(f"loss = {loss!r}: expected one of {', '.join(LOSSES)}", "loss")
         for each in reference.curves:
             _check(each)
-        pieces = [_pieces(each) if weights == "arc" else np.arange(len(each.x)) for each in reference.curves]
+        pieces = [_pieces(each) if weights == "arc" else np.arange(len(each.rows[0])) for each in reference.curves]
         offset = np.cumsum([0, *(int(piece[-1]) + 1 for piece in pieces)])
         piece = np.concatenate([part + first for part, first in zip(pieces, offset[:-1], strict=True)])
-        n, p = len(piece), int(offset[-1])
-        share = 1.0 / np.bincount(piece, minlength=p)
-        starts = np.zeros(p, dtype=bool)
+        curve = np.repeat(np.arange(len(pieces)), [len(part) for part in pieces])
+        starts = np.zeros(int(offset[-1]), dtype=bool)
         starts[offset[:-1]] = True
-        arrays = zip(*((each.x, *each.bounds) for each in reference.curves), strict=True)
-        x, low, high = (np.concatenate(each) for each in arrays)
-        gather = sp.csr_array((share[piece], (piece, np.arange(n))), shape=(p, n))
+        rows = [(each.x, *each.bounds) if each.is_band else (*each.rows, each.rows[1]) for each in reference.curves]
+        x, low, high = (np.concatenate(each) for each in zip(*rows, strict=True))
         peak = float(abs(np.concatenate([each.y for each in reference.curves])).max())
-        return cls(reference.against, reference.curves, x, low, high, gather, starts, peak, loss)
+        gather = means(piece, np.ones(len(piece)))
+        return cls(reference.against, reference.curves, x, low, high, curve, piece, gather, starts, peak, loss)
 
     @property
     def middle(self) -> Array:
@@ -92,11 +94,11 @@ class Data:
     def targets(self) -> list[float]:
         """The measured places at which a run stands, mm."""
         x = np.unique(self.x[self.x > 0])
-        if len(x) > ROWS:
-            longest = max(self.curves, key=lambda each: len(each.x))
-            s = _arc(longest)
-            x = np.unique(np.interp(np.linspace(0.0, s[-1], TARGETS + 1), s, longest.x))
-            x = np.unique(np.append(x[x > 0], self.x.max()))
+        if len(x) > ROWS or any(each.noisy is not None for each in self.curves):
+            longest = max(self.curves, key=lambda each: len(each.rows[0]))
+            at, s = _arc(longest)
+            places = np.maximum.accumulate(np.interp(np.linspace(0.0, s[-1], TARGETS + 1), s, at))
+            x = np.unique(np.append(places[places > 0], self.x.max()))
         apart = np.diff(x, prepend=0.0) > 1e-6 * x[-1]
         return [float(value) for value in x[apart]]
 
@@ -140,23 +142,32 @@ def _check(measured: Measured) -> None:
     measured.without_doubt()
 
 
-def _arc(measured: Measured) -> Array:
-    """Length along a curve up to each row, (n,), in its largest load and its range of x. Noise makes a curve of many rows
+def means(piece: Index, weights: Array) -> sp.csr_array:
+    """The weighted means of rows over their pieces, as a matrix (p, n)."""
+    share = weights / np.bincount(piece, weights)[piece]
+    return sp.csr_array((share, (piece, np.arange(len(piece)))))
+
+
+def _arc(measured: Measured) -> tuple[Array, Array]:
+    """Places along a curve, and the length up to each in its largest load and its range of x. Noise makes a curve of many rows
     long; it is averaged out over blocks of rows first."""
-    n = len(measured.x)
+    x, y = measured.rows
+    n = len(x)
     block = np.arange(n) * min(n, 2 * PIECES) // n
     count = np.bincount(block)
-    x, y = (np.bincount(block, values) / count for values in (measured.x, measured.y))
+    x, y = (np.bincount(block, values) / count for values in (x, y))
     steps = np.hypot(np.diff(x) / np.ptp(measured.x), np.diff(y) / abs(measured.y).max())
-    return np.interp(measured.x, x, np.r_[0.0, np.cumsum(steps)])
+    return x, np.r_[0.0, np.cumsum(steps)]
 
 
 def _pieces(measured: Measured) -> Index:
-    """Number of the piece of each row, from 0 on without gaps."""
-    n = len(measured.x)
+    """Number of the piece of each row, from 0 on without gaps: neighbours in the order in which they were measured, for their
+    noise must not choose their piece."""
+    n = len(measured.rows[0])
     if n <= PIECES:
         return np.arange(n)
-    s = _arc(measured)
+    s = _arc(measured)[1]
+    s = np.interp(np.arange(n), (np.arange(len(s)) + 0.5) * n / len(s) - 0.5, s)
     piece = np.minimum((s / s[-1] * PIECES).astype(np.intp), PIECES - 1)
     return np.unique(piece, return_inverse=True)[1]
 

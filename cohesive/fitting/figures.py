@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ..figures.drawing import draw_measured, new_figure
 from ..scenes.scene import Scene
+from .intervals import interval_words
 from .problem import FitEvaluation, FitProblem
 
 #: one colour for each scene
@@ -42,8 +43,7 @@ def draw(
     _draw_residuals(left, problem, best)
     _draw_softening(curve, scenes, samples)
     text = "\n".join(
-        f"{name.removeprefix('material.').replace('softening.', '')} = {value:.4g}  [{intervals[name][0]:.4g}, "
-        f"{intervals[name][1]:.4g}]"
+        f"{name.removeprefix('material.').replace('softening.', '')} = {value:.4g}  [{interval_words(*intervals[name])}]"
         for name, value in values.items()
     )
     curve.text(0.97, 0.72, text, transform=curve.transAxes, ha="right", va="top", fontsize="small")
@@ -69,7 +69,8 @@ def _draw_loads(axes: Axes, problem: FitProblem, best: FitEvaluation, scenes: Se
 def _draw_residuals(axes: Axes, problem: FitProblem, best: FitEvaluation) -> None:
     for i, (data, load) in enumerate(zip(problem.data, best.loads, strict=True)):
         gap = 100.0 * data.gap(load)[0]
-        axes.plot(data.x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=5 if len(gap) <= 100 else 2)
+        x, size = problem.rows(best.z, i).x, 5 if len(gap) <= 100 else 2
+        axes.plot(x, gap, ".", color=_COLOURS[i % len(_COLOURS)], markersize=size)
     axes.axhline(0.0, color="0.5", linewidth=0.8)
     against = {data.against for data in problem.data}
     axes.set(xlabel=f"{' / '.join(sorted(against))} (mm)", ylabel="fit - measured\n(% of the peak)")

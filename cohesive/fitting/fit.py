@@ -17,7 +17,8 @@ from ..scenes.scene import Scene
 from ..solver.controls import control_of
 from .data import Data
 from .intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics
-from .parameters import inside, varied
+from .known_errors import MeshPart, scatter_of
+from .parameters import OFFSET, inside, varied
 from .problem import FAILURES, FitEvaluation, FitProblem
 from .repeated_run import RepeatedRun, value_of
 from .result import Fit, Minimum
@@ -54,6 +55,9 @@ _MOST_STARTS = 1000
 
 #: parameters of contact and shear
 _OF_SHEAR = ("h", "m_g", "r_sigma", "mu_sigma", "c1", "n_g", "r_z", "c_zn", "c_lm", "u_phi0", "Zm")
+
+#: how often noise is told from the residuals, and the rows are weighed by it
+_WEIGHINGS = 2
 
 #: measured and computed largest loads may differ by this factor
 _UNITS = 100.0
@@ -93,7 +97,7 @@ def fit(
     starts : number of places to start from; beyond the first by Latin hypercube. All distinct minima are reported
     profile : whether intervals come from profile likelihood, else from the covariance
     scatter : {key: standard deviation} of numbers that are known to scatter, as specimen.notch; goes into the intervals
-    check : whether the fit is run once more on the mesh that the rule gives with the fitted numbers
+    check : whether the fitted scenes are run once more on a finer mesh, whose part goes into the intervals
 
     Raises
     ------
@@ -113,17 +117,20 @@ def fit(
     problem = _problem(each, vary, reference, loss, weights, own)
     first = _first(problem)
     _refuse_unseen(problem, first)
-    distinct = minima(problem, _starts(problem, starts))
+    distinct = weighed_minima(problem, _starts(problem, starts))
     best = problem.evaluate(distinct[0].z)
-    added = _scatter(problem, best, scatter or {})
+    added = scatter_of(problem, best, scatter or {})
     spread = statistics(problem, best, added)
     kind, ends = _intervals(problem, best, spread, profile)
     if profile and kind == "profile" and added is not None:
         half = spread.quantile * np.sqrt(np.diag(added))
         ends = best.z[:, None] + np.sign(ends - best.z[:, None]) * np.hypot(ends - best.z[:, None], half[:, None])
     ends = np.clip(ends, best.z[:, None] - _FURTHEST, best.z[:, None] + _FURTHEST)
+    found = [scene.with_(**problem.values(best.z, i)) for i, scene in enumerate(each)]
+    mesh = MeshPart.of(problem, best, found) if check else MeshPart(np.full(len(best.z), np.nan))
+    ends = mesh.added(best.z, ends)
     words = in_words(problem.parameters, best.z, ends, spread.correlation, spread.count, kind == "feasible")
-    return Fit(each, problem, distinct, best, spread, ends, kind, words, check)
+    return Fit(each, problem, distinct, best, spread, ends, kind, words, mesh)
 
 
 def _problem(
@@ -144,9 +151,10 @@ def _problem(
     data = [Data.from_reference(one, weights, loss) for one in references]
     for scene in scenes:
         for key in vary:
-            value_of(scene, key)
-    parameters = varied(scenes, vary, own)
-    started = {p.key: p.start for p in reversed(parameters)}
+            if key != OFFSET:
+                value_of(scene, key)
+    parameters = varied(scenes, vary, own, [[curve.x_offset for curve in each.curves] for each in data])
+    started = {p.key: p.start for p in reversed(parameters) if p.curve is None}
     return FitProblem([RepeatedRun(scene.with_(**started)) for scene in scenes], data, parameters)
 
 
@@ -238,6 +246,16 @@ def _starts(problem: FitProblem, count: int) -> list[Array]:
     return starts
 
 
+def weighed_minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
+    """The distinct minima, the best one first, with the rows weighed by the noise that the best one shows."""
+    distinct = minima(problem, starts)
+    for _ in range(_WEIGHINGS):
+        if not problem.weigh(problem.evaluate(distinct[0].z)):
+            break
+        distinct = sorted((_again(problem, one) for one in distinct), key=lambda one: one.cost)
+    return distinct
+
+
 def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
     """The distinct minima, the best one first."""
     distinct: list[Minimum] = []
@@ -261,6 +279,14 @@ def minima(problem: FitProblem, starts: Sequence[Array]) -> list[Minimum]:
             raise SceneError("no start of the fit runs; expected other bounds")
         distinct.append(_minimum(problem, *solved, starts=0))
     return sorted(distinct, key=lambda one: one.cost)
+
+
+def _again(problem: FitProblem, one: Minimum) -> Minimum:
+    """A minimum with the weights that the rows have now."""
+    solved = minimize(problem, inside(problem.parameters, one.z))
+    if solved is None:
+        return one
+    return replace(_minimum(problem, *solved, starts=one.starts), evaluations=one.evaluations + solved[2])
 
 
 def _minimum(problem: FitProblem, z: Array, cost: float, evaluations: int, starts: int) -> Minimum:
@@ -353,32 +379,10 @@ def _intervals(problem: FitProblem, evaluation: FitEvaluation, statistics: Stati
     feasible = problem.loss == "band" and violation(problem, evaluation) == 0.0
     if feasible:
         return "feasible", feasible_ends(problem, evaluation.z, refit)
+    in_band = any(data.loss == "band" for data in problem.data)
+    if in_band and not (profile and statistics.count > len(evaluation.z)):
+        return "unknown", np.full((len(evaluation.z), 2), np.nan)
     if profile:
         cost = cost_of(problem, evaluation.residuals)
         return "profile", profile_ends(problem, evaluation.z, cost, statistics, refit)
     return "covariance", covariance_ends(problem, evaluation.z, statistics)
-
-
-def _scatter(problem: FitProblem, evaluation: FitEvaluation, scatter: Mapping[str, float]) -> Array | None:
-    """What known scatter of other numbers adds to the covariance: each moves the fit by -(J'J)^-1 J' dr."""
-    if not scatter:
-        return None
-    varied_keys = {each.key for each in problem.parameters}
-    jacobian = problem.jacobian(evaluation.z)
-    added = np.zeros((len(evaluation.z), len(evaluation.z)))
-    for key, deviation in scatter.items():
-        if key in varied_keys:
-            raise SceneError(f"scatter {key}: it is varied; expected a number that the fit takes as known", key)
-        if isinstance(deviation, bool) or not isinstance(deviation, (int, float)) or not 0.0 < deviation < np.inf:
-            raise SceneError(f"scatter {key} = {deviation}: expected a standard deviation above 0", key)
-        parts = []
-        for i, (repeated, data) in enumerate(zip(problem.repeated, problem.data, strict=True)):
-            values = problem.values(evaluation.z, i)
-            base = values.get(key, value_of(repeated.scene, key))
-            moved = RepeatedRun(repeated.scene.with_(**{**values, key: base + deviation}))
-            other = FitProblem([moved], [data], [])
-            shifted = other.evaluate(np.zeros(0)).loads[0]
-            parts.append(data.residuals(shifted) - data.residuals(evaluation.loads[i]))
-        shift = np.linalg.lstsq(jacobian, np.concatenate(parts), rcond=1e-10)[0]
-        added += np.outer(shift, shift)
-    return added

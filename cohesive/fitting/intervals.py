@@ -61,6 +61,7 @@ def statistics(problem: FitProblem, evaluation: FitEvaluation, scatter: Array | 
     """Covariance at a minimum: s^2 (J'J)^-1 with the effective number of residuals in place of their number.
 
     Residuals along a curve are correlated. With n of them worth n_eff, s^2 = S/(n_eff - m) n_eff/n and J'J counts n_eff/n.
+    Rows inside a band are no residuals.
 
     Parameters
     ----------
@@ -70,7 +71,10 @@ def statistics(problem: FitProblem, evaluation: FitEvaluation, scatter: Array | 
 
     residuals, jacobian = evaluation.residuals, problem.jacobian(evaluation.z)
     m = jacobian.shape[1]
-    count = effective_count(sequences(problem, residuals))
+    along = sequences(problem, residuals)
+    if "band" in problem.loss:
+        along = [each[each != 0.0] for each in along]
+    count = effective_count(along)
     freedom = max(count - m, 1.0)
     size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-12)
     scaled = jacobian / size
@@ -155,6 +159,11 @@ def feasible_ends(problem: FitProblem, z: Array, refit: Refit, steps: int = 4) -
     return ends
 
 
+def interval_words(low: float, high: float) -> str:
+    """An interval as it is printed."""
+    return "not known" if np.isnan(low) else f"{low:.4g} to {high:.4g}"
+
+
 def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: Array, count: float, is_set: bool) -> list[str]:
     """What the test does not see, one sentence each; else that it sees everything."""
     sentences = []
@@ -169,9 +178,14 @@ def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: A
                 sentences.append(f"{pair} trade: r = {correlation[i, j]:.2f}".replace("0.", "."))
     for each, at, (low, high) in zip(parameters, z, ends, strict=True):
         value, bottom, top = each.value(float(at)), each.value(float(low)), each.value(float(high))
-        if top - bottom > 2.0 * _WIDE * abs(value):
+        if each.curve is None and top - bottom > 2.0 * _WIDE * abs(value):  # an offset may be 0
             sentences.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
-    if not is_set and count < 2.0 * len(z) + 1.0:
+    if np.isnan(ends).any():
+        remedy = "; a profile (--profile) finds some" if count > len(z) else f", too few for {len(z)} numbers"
+        sentences.append(
+            f"intervals are not known: rows inside a band have no weight, and those outside are worth {count:.1f}{remedy}"
+        )
+    elif not is_set and count < 2.0 * len(z) + 1.0:
         sentences.append(
             f"the residuals are worth {count:.1f} independent ones, which hardly bear {len(z)} numbers: fewer would do as well"
         )

@@ -13,6 +13,9 @@ from ..errors import SceneError
 from ..scenes.scene import Scene
 from .repeated_run import value_of
 
+#: key of the offsets of measured curves, which are no numbers of a model
+OFFSET = "reference.x_offset"
+
 
 @dataclass(frozen=True)
 class Varied:
@@ -24,6 +27,7 @@ class Varied:
     key : dotted key
     scenes : indices of the scenes that have it
     low, high, start : its bounds and its first value
+    curve : of an offset the number of its curve among those of its scene; else None
 
     Positive numbers are varied by their logarithm, others by their part of the range.
     """
@@ -34,6 +38,7 @@ class Varied:
     low: float
     high: float
     start: float
+    curve: int | None = None
 
     def scaled(self, value: float) -> float:
         """The number as the optimiser sees it."""
@@ -55,16 +60,22 @@ class Varied:
     @property
     def short(self) -> str:
         """Its name in a sentence."""
-        return self.name.removeprefix("material.").replace("softening.", "")
+        return self.name.removeprefix("material.").removeprefix("reference.").replace("softening.", "")
 
 
-def varied(scenes: Sequence[Scene], vary: Mapping[str, tuple[float, float]], own: Sequence[str] = ()) -> list[Varied]:
+def varied(
+    scenes: Sequence[Scene],
+    vary: Mapping[str, tuple[float, float]],
+    own: Sequence[str] = (),
+    offsets: Sequence[Sequence[float]] = (),
+) -> list[Varied]:
     """What is varied in some scenes.
 
     Parameters
     ----------
     vary : {key: (low, high)}
     own : keys of which each scene has its own number
+    offsets : of the measured curves of each scene, mm: each has its own
 
     Raises
     ------
@@ -79,12 +90,27 @@ def varied(scenes: Sequence[Scene], vary: Mapping[str, tuple[float, float]], own
     numbers = []
     for key, bounds in vary.items():
         low, high = _bounds(key, bounds)
+        if key == OFFSET:
+            numbers += _offsets(low, high, offsets)
+            continue
         groups = [(i,) for i in range(len(scenes))] if key in own and len(scenes) > 1 else [tuple(range(len(scenes)))]
         for group in groups:
             start = value_of(scenes[group[0]], key)
             name = key if len(groups) == 1 else f"{key}@{group[0] + 1}"
             numbers.append(Varied(name, key, group, low, high, min(max(start, low), high)))
     return numbers
+
+
+def _offsets(low: float, high: float, offsets: Sequence[Sequence[float]]) -> list[Varied]:
+    """An offset for each measured curve of each scene."""
+    places = [(i, k, offset) for i, each in enumerate(offsets) for k, offset in enumerate(each)]
+    if outside := [offset for _, _, offset in places if not low <= offset <= high]:
+        raise SceneError(
+            f"vary {OFFSET} = ({low:g}, {high:g}): a curve is counted from {outside[0]:.4g} mm; expected bounds around that",
+            OFFSET,
+        )
+    names = [OFFSET] if len(places) == 1 else [f"{OFFSET}@{number}" for number in range(1, len(places) + 1)]
+    return [Varied(name, OFFSET, (i,), low, high, start, k) for name, (i, k, start) in zip(names, places, strict=True)]
 
 
 def _bounds(key: str, bounds: tuple[float, float]) -> tuple[float, float]:

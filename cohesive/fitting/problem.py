@@ -16,6 +16,7 @@ from ..solver.controls import control_of
 from ..solver.events import Event, tolerance
 from ..solver.stages import Stage
 from .data import Data
+from .noise import Noise, weighed
 from .parameters import Varied
 from .repeated_run import RepeatedRun, Rows
 
@@ -65,15 +66,18 @@ class FitProblem:
     data : its measured rows
     parameters : what is varied
     stages : of each scene, with the measured places as targets
+    noises : of each scene, once `weigh` has told them; else None
     """
 
     repeated: Sequence[RepeatedRun]
     data: Sequence[Data]
     parameters: Sequence[Varied]
     stages: list[list[Stage]] = field(init=False)
+    noises: list[Noise | None] = field(init=False)
     _last: FitEvaluation | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
+        self.noises = [None] * len(self.data)
         self.stages = [stages_at(repeated.scene.stages, data) for repeated, data in zip(self.repeated, self.data, strict=True)]
         for repeated, stages in zip(self.repeated, self.stages, strict=True):
             repeated.most = max(_LEAST, round(_ITERATIONS * sum(_steps(stage) for stage in stages)))
@@ -84,8 +88,23 @@ class FitProblem:
         return np.array([each.scaled(each.start) for each in self.parameters])
 
     def values(self, z: Array, scene: int) -> dict[str, float]:
-        """The numbers of a scene by their keys."""
-        return {each.key: each.value(float(at)) for each, at in zip(self.parameters, z, strict=True) if scene in each.scenes}
+        """The numbers of a scene by their keys; those of its measured curves are none of its model."""
+        both = zip(self.parameters, z, strict=True)
+        return {each.key: each.value(float(at)) for each, at in both if scene in each.scenes and each.curve is None}
+
+    def offsets(self, z: Array, scene: int) -> Array:
+        """What is taken off x of each curve of a scene, mm."""
+        offsets = np.array([curve.x_offset for curve in self.data[scene].curves])
+        for each, at in zip(self.parameters, z, strict=True):
+            if each.curve is not None and scene in each.scenes:
+                offsets[each.curve] = each.value(float(at))
+        return offsets
+
+    def rows(self, z: Array, scene: int) -> Data:
+        """The measured rows of a scene, their x counted from the offsets."""
+        data = self.data[scene]
+        further = self.offsets(z, scene) - [curve.x_offset for curve in data.curves]
+        return replace(data, x=data.x - further[data.curve]) if further.any() else data
 
     def by_name(self, z: Array) -> dict[str, float]:
         """All numbers by their names."""
@@ -100,15 +119,31 @@ class FitProblem:
         """
         if self._last is not None and np.array_equal(self._last.z, z):
             return self._last
-        rows = [self._run(i, self.values(z, i)) for i in range(len(self.repeated))]
-        loads = [at_rows(each, data)[0] for each, data in zip(rows, self.data, strict=True)]
+        rows = [self._run(i, z) for i in range(len(self.repeated))]
+        loads = [at_rows(each, self.rows(z, i))[0] for i, each in enumerate(rows)]
         residuals = [data.residuals(load) for load, data in zip(loads, self.data, strict=True)]
         self._last = FitEvaluation(z.copy(), loads, np.concatenate(residuals), rows)
         return self._last
 
-    def _run(self, i: int, values: dict[str, float]) -> Rows:
+    def weigh(self, evaluation: FitEvaluation) -> bool:
+        """Weigh the rows of each scene by the noise that its residuals show; whether any shows some."""
+        for i, load in enumerate(evaluation.loads):
+            slope = at_rows(evaluation.rows[i], self.rows(evaluation.z, i))[1]
+            if (found := weighed(self.data[i], load, slope, len(evaluation.z))) is not None:
+                self.data = [*self.data[:i], found[0], *self.data[i + 1 :]]
+                self.noises[i] = found[1]
+        residuals = [data.residuals(load) for load, data in zip(evaluation.loads, self.data, strict=True)]
+        self._last = replace(evaluation, residuals=np.concatenate(residuals))
+        return any(self.noises)
+
+    def stages_of(self, z: Array, scene: int) -> list[Stage]:
+        """The stages of a scene; its targets move with the offsets of its curves."""
+        data = self.rows(z, scene)
+        return self.stages[scene] if data is self.data[scene] else stages_at(self.repeated[scene].scene.stages, data)
+
+    def _run(self, i: int, z: Array) -> Rows:
         """A run of a scene; if its crack snaps under the measured motion, by its opening, which goes on."""
-        repeated, stages, data = self.repeated[i], self.stages[i], self.data[i]
+        repeated, stages, data, values = self.repeated[i], self.stages_of(z, i), self.data[i], self.values(z, i)
         try:
             return repeated.run(values, stages)
         except (NotConverged, TooCostly):
@@ -148,7 +183,8 @@ class FitProblem:
             return evaluation.slopes[i]
         z = evaluation.z
         repeated, data, rows, values = self.repeated[i], self.data[i], evaluation.rows[i], self.values(z, i)
-        mine = [j for j, each in enumerate(self.parameters) if i in each.scenes]
+        data = self.rows(z, i)
+        mine = [j for j, each in enumerate(self.parameters) if i in each.scenes and each.curve is None]
         exact = [j for j in mine if repeated.is_exact([self.parameters[j].key], rows.scene.stages)]
         slopes = np.zeros((len(data.x), len(z)))
         if exact:
@@ -162,6 +198,9 @@ class FitProblem:
             runs = (repeated.run({**values, key: values[key] + by}, rows.scene.stages) for by in (-half, half))
             low, high = (at_rows(each, data)[0] for each in runs)
             slopes[:, j] = (high - low) / (2.0 * half)
+        for j, each in enumerate(self.parameters):
+            if each.curve is not None and i in each.scenes:
+                slopes[:, j] = np.where(data.curve == each.curve, -at_rows(rows, data)[1], 0.0)
         evaluation.slopes[i] = slopes * np.array([each.slope(float(at)) for each, at in zip(self.parameters, z, strict=True)])
         return evaluation.slopes[i]
 
@@ -186,10 +225,10 @@ def stages_at(stages: Sequence[Stage], data: Data) -> list[Stage]:
 
 
 def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) -> tuple[Array, Array]:
-    """Load at the measured rows, (n,), N, and its derivative from those of the history; beyond the end the last one.
+    """Load at the measured rows, (n,), N, and its slope in x, N/mm, or with the derivatives of a history its own derivative.
 
-    Between the rows of the run by Akima's piecewise cubic, which does not overshoot at a kink. Where an event has ended the
-    run, the end moves with the event.
+    Between the rows of the run by Akima's piecewise cubic, which does not overshoot at a kink; beyond the end the last one,
+    and below 0, where noise or seating puts rows, on the initial tangent. If an event has ended the run, the end moves along.
 
     Raises
     ------
@@ -204,18 +243,21 @@ def at_rows(rows: Rows, data: Data, rates: Mapping[str, Array] | None = None) ->
     if len(first) < 2:
         raise NotConverged(f"{against} never grows, in which the measured curve is given")
 
-    def at(by: float) -> Array:
+    def at(by: float) -> tuple[Array, Array]:
         moved = rows.history if rates is None else {name: old + by * rates[name] for name, old in rows.history.items()}
         x, y = (np.r_[0.0, moved[name]][first] for name in (against, "load"))
         end = x[-1] if until is None else _end(until, moved, x[-1], against)
-        return np.asarray(Akima1DInterpolator(x, y)(np.clip(data.x, x[0], end), extrapolate=True))
+        curve, place = Akima1DInterpolator(x, y), np.clip(data.x, x[0], end)
+        slope = curve(place, 1, extrapolate=True)
+        load = curve(place, extrapolate=True) + slope * np.minimum(data.x - x[0], 0.0)
+        return np.asarray(load), np.asarray(np.where(data.x > end, 0.0, slope))
 
-    load = at(0.0)
+    load, slope = at(0.0)
     if rates is None:
-        return load, load
+        return load, slope
     sizes = [float(abs(rates[name]).max()) / float(abs(rows.history[name]).max()) for name in (against, "load")]
     half = _AT_ROWS / max(*sizes, 1e-300)
-    return load, (at(half) - at(-half)) / (2.0 * half)
+    return load, (at(half)[0] - at(-half)[0]) / (2.0 * half)
 
 
 def _end(until: Event, history: Mapping[str, Array], last: float, against: str) -> float:

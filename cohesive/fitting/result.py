@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,15 +19,18 @@ from ..results.inputs import copy_inputs
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
 from .export import EXPORTS
-from .intervals import Statistics
-from .problem import FAILURES, FitEvaluation, FitProblem, at_rows
-from .repeated_run import RepeatedRun
+from .intervals import Statistics, interval_words
+from .known_errors import MeshPart
+from .noise import sentences
+from .parameters import OFFSET
+from .problem import FAILURES, FitEvaluation, FitProblem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: an interval's kind in words
-_KINDS = {"profile": "profile likelihood", "covariance": "covariance", "feasible": "all rows in the band"}
+_KINDS = {"profile": "profile likelihood", "covariance": "covariance", "feasible": "all rows in the band",
+          "unknown": "not known"}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +63,9 @@ class Fit:
     values : {key: number}; of a number that each scene has of its own, KEY@1, KEY@2
     intervals : {key: (low, high)}
     interval_kind : "profile", "covariance", or, if every row of a measured band is met, "feasible": the set of numbers that
-        meet it
+        meet it; "unknown", and the intervals NaN, if some rows of a band are not met and no profile was asked for, or they are
+        too few for it
+    mesh_errors : {key: what the mesh may have moved the number by}, NaN if no finer mesh was run; goes into the intervals
     correlation : (m, m) array, in the order of `values`
     identifiable : sentences on what the test does not see
     rms : root of the mean square of the residuals over the largest measured load
@@ -81,7 +86,7 @@ class Fit:
         ends: Array,
         kind: str,
         words: list[str],
-        check: bool,
+        mesh: MeshPart,
     ) -> None:
         self.problem, self.minima, self.best, self.statistics = problem, minima, best, statistics
         self.values = minima[0].values
@@ -96,13 +101,25 @@ class Fit:
         self.condensations = sum(repeated.condensations for repeated in problem.repeated)
         self.sensitivities = sum(repeated.sensitivities for repeated in problem.repeated)
         self._given = list(scenes)
-        self.notes = self._reading_notes() + self._fixed_note() + self._run_notes() + self._minima_notes()
-        self.notes += self._checked() if check else []
+        self.mesh_errors = {
+            each.name: abs(each.value(float(at + error)) - each.value(float(at)))
+            for each, at, error in zip(problem.parameters, minima[0].z, mesh.error, strict=True)
+        }
+        self.notes = self._reading_notes() + sentences(problem.data, problem.noises) + self._fixed_note() + self._run_notes()
+        self.notes += self._minima_notes() + list(mesh.notes)
 
     @cached_property
     def scenes(self) -> list[Scene]:
-        """The scenes with the fitted numbers."""
-        return [scene.with_(**self.problem.values(self.best.z, i)) for i, scene in enumerate(self._given)]
+        """The scenes with the fitted numbers, and with the offsets of their curves if these were varied."""
+        values = [self.problem.values(self.best.z, i) | self._offsets(i) for i in range(len(self._given))]
+        return [scene.with_(**each) for scene, each in zip(self._given, values, strict=True)]
+
+    def _offsets(self, i: int) -> dict[str, Any]:
+        """The offsets of the curves that a scene names, if they were varied."""
+        if self._given[i].reference is None or all(each.curve is None for each in self.problem.parameters):
+            return {}
+        offsets = [float(offset) for offset in self.problem.offsets(self.best.z, i)]
+        return {OFFSET: offsets if len(offsets) > 1 else offsets[0]}
 
     @cached_property
     def evaluations(self) -> list[Evaluation]:
@@ -121,7 +138,7 @@ class Fit:
     @cached_property
     def results(self) -> list[Result]:
         """A run of each scene with the fitted numbers, on the mesh and at the places of the fit, which its scene names."""
-        return [run(rows.scene) for rows in self.best.rows]
+        return [run(rows.scene.with_(**self._offsets(i))) for i, rows in enumerate(self.best.rows)]
 
     def curve_samples(self, scene: int = 0, count: int = 200) -> list[Any]:
         """Softening curves of numbers drawn from the covariance, those that are curves; the fitted one first."""
@@ -147,8 +164,10 @@ class Fit:
         lines.append(f"rms {100 * self.rms:.2f} % of the peak; {worth}")
         width = max(len(name) for name in self.values)
         for name, value in self.values.items():
-            low, high = self.intervals[name]
-            lines.append(f"  {name:<{width}}  {value:<10.4g} {low:.4g} to {high:.4g}")
+            mesh, part = self.mesh_errors[name], ""
+            if not np.isnan(mesh):
+                part = f"  mesh {mesh:.2g}" if name.startswith(OFFSET) else f"  mesh {100 * mesh / abs(value):.2g} %"
+            lines.append(f"  {name:<{width}}  {value:<10.4g} {interval_words(*self.intervals[name]):<24}{part}".rstrip())
         lines[-len(self.values) - 1] += f"; intervals of 95 % ({_KINDS[self.interval_kind]}):"
         lines += [f"identifiable: {words}" for words in self.identifiable]
         lines += self.notes
@@ -160,7 +179,9 @@ class Fit:
         """What fit.json says."""
         return {
             "values": self.values,
-            "intervals": {name: list(ends) for name, ends in self.intervals.items()},
+            "intervals": {name: [_known(end) for end in ends] for name, ends in self.intervals.items()},
+            "mesh_errors": {name: _known(error) for name, error in self.mesh_errors.items()},
+            "noise": [None if noise is None else asdict(noise) for noise in self.problem.noises],
             "interval_kind": self.interval_kind,
             "correlation": self.correlation.tolist(),
             "identifiable": self.identifiable,
@@ -181,7 +202,7 @@ class Fit:
         """Curve over data, residuals, and the softening curve with its band of confidence."""
         from .figures import draw  # with matplotlib, which is slow to import
 
-        count = 200 if self.interval_kind != "feasible" else 0  # a set of numbers has no covariance
+        count = 200 if self.interval_kind not in ("feasible", "unknown") else 0  # a set of numbers has no covariance
         draws = partial(self.curve_samples, count=count)
         return draw(self.problem, self.best, self.scenes, draws, self.values, self.intervals)
 
@@ -212,8 +233,9 @@ class Fit:
     def _rows(self) -> Iterator[list[object]]:
         """Measured and computed loads, row by row."""
         for i, (data, load) in enumerate(zip(self.problem.data, self.best.loads, strict=True), start=1):
-            names = np.repeat([curve.name for curve in data.curves], [len(curve.x) for curve in data.curves])
-            for row in zip(names, data.x, data.middle, data.low, data.high, load, strict=True):
+            names = np.repeat([curve.name for curve in data.curves], np.bincount(data.curve))
+            x = self.problem.rows(self.best.z, i - 1).x
+            for row in zip(names, x, data.middle, data.low, data.high, load, strict=True):
                 yield [i, row[0], *(f"{value:.8g}" for value in row[1:])]
 
     def _reading_notes(self) -> list[str]:
@@ -254,19 +276,7 @@ class Fit:
         )
         return [f"{len(self.minima)} distinct minima; the others: {others}"]
 
-    def _checked(self) -> list[str]:
-        """How far the loads are off with the mesh and the width that the rule gives with the fitted numbers."""
-        largest = 0.0
-        for i, (scene, data) in enumerate(zip(self.scenes, self.problem.data, strict=True)):
-            repeated = RepeatedRun(scene)
-            if repeated.scene.data == self.problem.repeated[i].scene.with_(**self.problem.values(self.best.z, i)).data:
-                continue
-            try:
-                load, _ = at_rows(repeated.run({}, self.problem.stages[i]), data)
-            except FAILURES as error:
-                return [f"warning: the fit does not run with the mesh of the rule: {error}"]
-            largest = max(largest, float(abs(load - self.best.loads[i]).max()) / data.peak)
-        if not largest:
-            return []
-        off = 100.0 * largest
-        return [f"with mesh and width by the rule for the fitted numbers, loads differ by at most {off:.2f} % of the peak"]
+
+def _known(value: float) -> float | None:
+    """A number as JSON has it, which knows no NaN."""
+    return None if np.isnan(value) else value

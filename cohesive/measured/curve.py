@@ -19,6 +19,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SceneError
+from .noise import outside_of, pooled, unloadings
 
 
 @dataclass(frozen=True)
@@ -28,13 +29,15 @@ class Measured:
     Attributes
     ----------
     name : name of its file
-    x : (n,) array, mm, rising strictly
+    x : (n,) array, mm, rising strictly; if noise makes it run back, means of neighbouring rows
     y : (n,) array, N, the measured load; of a band its middle
     low, high : (n,) arrays, N, the bounds of a band; None for a curve
     against : what x is: "cmod", "opening", "deflection", "driven" or another motion; empty if nobody said
     x_unit, y_unit : the units that the file or the scene names; empty if nobody said and mm and N were taken
     notes : remarks of the reading, one sentence each, `doubt` among them
     doubt : why its numbers cannot be meant, with the key that corrects it; empty if nothing speaks against them
+    x_offset : what was taken off its gauge, mm
+    noisy : x and y of every row, whose x runs back with noise; None if it does not
     content : the file as it was read
     """
 
@@ -48,11 +51,13 @@ class Measured:
     y_unit: str = ""
     notes: tuple[str, ...] = ()
     doubt: str = ""
+    x_offset: float = 0.0
+    noisy: tuple[Array, Array] | None = field(default=None, repr=False)
     content: bytes = field(default=b"", repr=False)
 
     @classmethod
     def from_curve(cls, x: Array, y: Array, name: str = "measured", against: str = "") -> Measured:
-        """A single curve in mm and N; points at which x runs back are left out.
+        """A single curve in mm and N. Rows of an unloading are left out; those that run back with noise stay in `rows`.
 
         Raises
         ------
@@ -65,13 +70,21 @@ class Measured:
         if not (np.isfinite(x) & np.isfinite(y)).all():
             row = int(np.argmin(np.isfinite(x) & np.isfinite(y)))
             raise SceneError(f"{name} curve, row {row}: ({x[row]}, {y[row]}); expected finite numbers")
-        x, y = rising(x, y)
-        return cls(name, x, y, against=against, x_unit="mm", y_unit="N")
+        loaded = outside_of(unloadings(x), len(x))
+        rows = (x[loaded], y[loaded])
+        is_noisy = bool((np.diff(rows[0]) < 0).any())
+        x, y = rising(*(pooled(*rows) if is_noisy else rows))
+        return cls(name, x, y, against=against, x_unit="mm", y_unit="N", noisy=rows if is_noisy else None)
 
     @classmethod
     def from_band(cls, x: Array, low: Array, high: Array, name: str = "measured", against: str = "") -> Measured:
         """A band in mm and N, its x rising strictly."""
         return cls(name, x, 0.5 * (low + high), low, high, against, x_unit="mm", y_unit="N")
+
+    @property
+    def rows(self) -> tuple[Array, Array]:
+        """Motion and load of every row, (n,) each, mm and N: what a fit stands on."""
+        return (self.x, self.y) if self.noisy is None else self.noisy
 
     @property
     def is_band(self) -> bool:

@@ -11,16 +11,13 @@ import numpy as np
 from ..arrays import Array
 from ..errors import ParameterError, SceneError
 from .columns import MOTIONS, Choice, choose
-from .curve import Measured, rising
+from .curve import Measured
+from .loading import Corrections, loading
 from .text_table import TableError, TextTable, read_table
 from .units import FORCES, LENGTHS, factor_in, factor_of
 
 #: largest measured load over the area of the crack, MPa, and motion at it over the root of that area, of any concrete
 _STRESSES, _MOTIONS = (0.02, 100.0), (1e-5, 0.1)
-
-#: a gauge that begins further from 0 than this part of its way to the largest load, under less than that part of it, was not
-#: set to zero
-_OFFSET, _UNLOADED = 0.25, 0.1
 
 #: secant from 0 to the first row, over the slope from there on, below which a curve does not begin at 0
 _LEADS_BACK = 0.5
@@ -28,8 +25,8 @@ _LEADS_BACK = 0.5
 #: two gauges of one quantity are no pair if one moves by less than this part of the other
 _DEAD = 0.2
 
-#: part of the largest load from which on a load at the start is said
-_PRELOAD = 0.01
+#: a curve that begins under more than this part of the largest load does not begin at its zero
+_UNLOADED = 0.1
 
 
 def read_measured(
@@ -42,12 +39,19 @@ def read_measured(
     *,
     motions: Sequence[str] = MOTIONS,
     crack_area: float | None = None,
+    x_offset: float | None = None,
+    y_offset: float | None = None,
+    rows: Sequence[int] | None = None,
+    from_load: float | None = None,
+    toe: Sequence[float] | None = None,
+    smooth: int | None = None,
 ) -> Measured:
     """A measured curve, or a band, from a table of text.
 
     Separator, decimal sign, encoding, lines before the data and units are found from the file. A column whose heading names
     quantity and unit comes before one that does not; a constant column is none; load_min and load_max are a band; the mean of
-    two gauges of one quantity counts. What was taken, and what else there was, is said in `Measured.notes`.
+    two gauges of one quantity counts. Pre-loads before the test, unloading in it and after it are left out; what runs back
+    with noise is kept. What was taken, and what else there was, is said in `Measured.notes`.
 
     Parameters
     ----------
@@ -58,6 +62,13 @@ def read_measured(
     against : what x is, as "cmod". Default: what its heading says
     motions : what x may be
     crack_area : mm^2, with which loads without a unit are judged: a thousandth of a concrete's strength is asked about
+    x_offset, y_offset : what gauge (mm) and load cell (N) show before the test, which is taken off. Default: of a gauge that
+        was not set to zero what it shows first, else nothing
+    rows : first and last row of data that count, the first is 1
+    from_load : N; rows before it is reached are left out
+    toe : parts of the largest load, as (0.2, 0.4), between which the rise is taken as straight: x is counted from where that
+        line meets no load
+    smooth : number of neighbouring rows that count by their mean
 
     Raises
     ------
@@ -76,7 +87,8 @@ def read_measured(
     try:
         table, content = read_table(path)
         choice = choose(table, x, y, against, motions)
-        return _measured(path, table, choice, (x_unit, y_unit), crack_area, content)
+        given = Corrections(x_offset, y_offset, rows, from_load, toe, smooth)
+        return _measured(path, table, choice, (x_unit, y_unit), crack_area, content, given)
     except (TableError, ParameterError) as error:
         raise SceneError.at("reference.file", f" = {path.name!r}: {error}") from None
     except OSError as error:
@@ -91,6 +103,7 @@ def _measured(
     given: tuple[str | None, str | None],
     crack_area: float | None,
     content: bytes,
+    corrections: Corrections,
 ) -> Measured:
     x_units = [_unit(table, column, given[0], LENGTHS, "x") for column in choice.x]
     y_units = [_unit(table, column, given[1], FORCES, "y") for column in choice.y]
@@ -103,19 +116,16 @@ def _measured(
     x = gauges.mean(axis=1)
     if len(x) > 1 and not np.ptp(loads, axis=0).any():
         raise TableError(f"its load is {loads[0, 0]:g} N in every row; expected reference.y = a column that changes")
-    shift, notes = _offset(x, loads.mean(axis=1), choice.against)
-    x = x - shift
-    if len(choice.y) == 2:
+    if is_band := len(choice.y) == 2:
         _check_band(table, choice.x[0], x, loads)
+    test = loading(x, loads, choice.against, corrections)
+    if is_band:
+        curve = Measured.from_band(test.x, test.loads[:, 0], test.loads[:, 1], path.name, choice.against)
     else:
-        notes += _remarks(x, choice.against)
-    kept, low = rising(x, loads[:, 0])
-    high = rising(x, loads[:, -1])[1]
-    curve = Measured(path.name, kept, low, None, None, choice.against, x_units[0][0], y_units[0][0], content=content)
-    if len(choice.y) == 2:
-        curve = replace(curve, y=0.5 * (low + high), low=low, high=high)
+        curve = Measured.from_curve(test.x, test.loads[:, 0], path.name, choice.against)
+    curve = replace(curve, x_unit=x_units[0][0], y_unit=y_units[0][0], x_offset=test.x_offset, content=content)
     doubt = _sign(curve) or _scale(curve, crack_area) or _start(curve)
-    return replace(curve, notes=(*choice.notes, *notes, *([doubt] if doubt else [])), doubt=doubt)
+    return replace(curve, notes=(*choice.notes, *test.notes, *([doubt] if doubt else [])), doubt=doubt)
 
 
 def _unit(table: TextTable, column: int, given: str | None, known: dict[str, float], key: str) -> tuple[str, float]:
@@ -136,23 +146,6 @@ def _unit(table: TextTable, column: int, given: str | None, known: dict[str, flo
 # -- checks -----------------------------------------------------------------------------------------
 
 
-def _offset(x: Array, load: Array, motion: str) -> tuple[float, list[str]]:
-    """What a gauge shows before the test, mm, and a sentence on it and on the load that stands then."""
-    peak = int(abs(load).argmax())
-    travel, largest = float(x[peak] - x[0]), max(abs(float(load[peak])), 1e-300)
-    first = abs(float(load[0])) / largest
-    if not travel > 0 or first > _UNLOADED:
-        return 0.0, []
-    shift = float(x[0]) if abs(x[0]) > _OFFSET * travel else 0.0
-    notes = []
-    if shift:
-        part = f"{100 * first:.2g} % of the largest load"
-        notes.append(f"{motion} begins at {shift:.4g} mm under {part}: it is counted from there")
-    if first > _PRELOAD and abs(x[0] - shift) < 1e-3 * travel:
-        notes.append(f"the load at the start is {load[0]:.4g} N, {100 * first:.2g} % of the largest one, and is kept")
-    return shift, notes
-
-
 def _sign(curve: Measured) -> str:
     """One sentence with the key that corrects it, if the largest load is negative while x grows; empty if it is not."""
     peak = int(abs(curve.y).argmax())
@@ -168,7 +161,7 @@ def _start(curve: Measured) -> str:
     peak = int(abs(curve.y).argmax())
     load = curve.y * np.sign(curve.y[peak])
     if not peak or load[0] <= _UNLOADED * load[peak]:
-        return ""  # which `_offset` counts from its first row
+        return ""  # which `loading` counts from its first row
     half = int(np.argmax(load >= 0.5 * (load[0] + load[peak])))
     slope = (load[half] - load[0]) / (curve.x[half] - curve.x[0])
     if load[0] >= _LEADS_BACK * slope * curve.x[0] and curve.x[0] >= 0:
@@ -211,20 +204,3 @@ def _check_band(table: TextTable, column: int, x: Array, loads: Array) -> None:
         raise TableError(
             f"line {int(table.numbers[row])}: the lower bound {loads[row, 0]:g} N is above the upper, {loads[row, 1]:g} N"
         )
-
-
-def _remarks(x: Array, motion: str) -> list[str]:
-    """What is left out of a curve whose x runs back; refused if hardly anything is left."""
-    furthest = np.maximum.accumulate(x)
-    back = x < furthest
-    kept = int((np.diff(furthest) > 0).sum()) + 1
-    if kept < 2:
-        raise TableError(
-            "its x never goes further than in the first row; expected it to rise, or reference.x_unit = '-mm' to turn it"
-        )
-    if not back.any():
-        return []
-    return [
-        f"{motion} runs back in {int(back.sum())} of its {len(x)} rows, by up to {float((furthest - x).max()):.3g} mm; the "
-        "load counts with which it is reached first"
-    ]

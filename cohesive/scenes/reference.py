@@ -24,14 +24,14 @@ def load_reference(scene: Scene) -> Reference | None:
     options = scene.reference
     if options is None:
         return None
-    paths, motions = [scene.file(name) for name in options.files], _motions_of(scene)
+    motions = _motions_of(scene)
     if scene.specimen.has_main_gauge and options.against is None:  # it is the clip gauge of the test
         motions = [motion for motion in motions if motion != "cmod"]
     if options.against is not None:
         _check_motion(options.against, motions)
     against, curves = options.against, []
-    for path in paths:
-        curves.append(read_with(options, path, against, motions, scene.specimen.crack_area))
+    for each in options.each:
+        curves.append(read_with(each, scene.file(each.files[0]), against, motions, scene.specimen.crack_area))
         against = curves[0].against  # the first file says it for all
     return Reference(options.label, curves[0].against, tuple(curves))
 
@@ -39,9 +39,23 @@ def load_reference(scene: Scene) -> Reference | None:
 def read_with(
     options: ReferenceOptions, path: Path, against: str | None, motions: Sequence[str], crack_area: float | None
 ) -> Measured:
-    """A file by the keys of [reference]."""
+    """A file by the keys of [reference], which name this one."""
+    offset = options.x_offset[0] if isinstance(options.x_offset, list) else options.x_offset
     return read_measured(
-        path, options.x, options.y, options.x_unit, options.y_unit, against, motions=motions, crack_area=crack_area
+        path,
+        options.x,
+        options.y,
+        options.x_unit,
+        options.y_unit,
+        against,
+        motions=motions,
+        crack_area=crack_area,
+        x_offset=offset,
+        y_offset=options.y_offset,
+        rows=options.rows,
+        from_load=options.from_load,
+        toe=options.toe,
+        smooth=options.smooth,
     )
 
 

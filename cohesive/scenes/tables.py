@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from meshing.keys import check_keys, key
@@ -161,10 +161,36 @@ class ReferenceOptions(Table):
     x_unit: str | None = key("unit of x, as 'um', '10^-3 mm'; '-mm' turns the sign. Default: from the heading, else mm", None)
     y_unit: str | None = key("unit of y, as 'kN'. Default: from the heading, else N", None)
     against: str | None = key("column of the history that x is; default: that which its name says", None)
+    x_offset: float | list[float] | None = key(
+        "what the gauge shows before the test, taken off x: one for all files, or one for each; `fit` may vary it. Default: "
+        "of a gauge that was not set to zero what it shows first, else nothing",
+        None,
+        unit="mm",
+    )
+    y_offset: float | None = key("what the load cell shows before the test, taken off y", None, unit="N")
+    rows: list[int] | None = key("[first, last]: the rows of data that count, the first is 1; default: all", None)
+    from_load: float | None = key("rows before the load reaches this, as in seating, are left out", None, unit="N", above=0)
+    toe: list[float] | None = key(
+        "[low, high], as [0.2, 0.4]: parts of the largest load between which the rise is taken as a straight line, which is "
+        "extended to no load, from where x counts; rows before it are left out",
+        None,
+    )
+    smooth: int | None = key("number of neighbouring rows that count by their mean; default: each row counts", None, above=1)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         files = self.files
+        numbers = self.x_offset if isinstance(self.x_offset, list) else []
+        if isinstance(self.x_offset, list) and (len(numbers) != len(files) or not all(map(_is_number, numbers))):
+            raise ParameterError.at("x_offset", f" = {self.x_offset!r}: expected a number, or a list of one for each file")
+        if self.rows is not None and (len(self.rows) != 2 or not all(type(row) is int for row in self.rows)):
+            raise ParameterError.at("rows", f" = {self.rows!r}: expected [first, last], the first row of data is 1")
+        if self.toe is not None and not (
+            len(self.toe) == 2 and all(map(_is_number, self.toe)) and 0.0 <= self.toe[0] < self.toe[1] <= 1.0
+        ):
+            raise ParameterError.at("toe", f" = {self.toe!r}: expected [low, high], parts of the largest load, as [0.2, 0.4]")
+        if self.toe is not None and self.x_offset is not None:
+            raise ParameterError.at("toe", f" = {self.toe!r}: x_offset = {self.x_offset!r} says it, too; expected one of them")
         if not files or not all(isinstance(name, str) for name in files) or len(set(files)) < len(files):
             raise ParameterError.at("file", f" = {self.file!r}: expected a file or a list of different files")
         columns = self.y if isinstance(self.y, list) else [self.y]
@@ -180,6 +206,16 @@ class ReferenceOptions(Table):
     def files(self) -> list[str]:
         """The files, one or several."""
         return self.file if isinstance(self.file, list) else [self.file]
+
+    @property
+    def each(self) -> list[ReferenceOptions]:
+        """The keys of each file."""
+        offsets = self.x_offset if isinstance(self.x_offset, list) else [self.x_offset] * len(self.files)
+        return [replace(self, file=file, x_offset=offset) for file, offset in zip(self.files, offsets, strict=True)]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e100
 
 
 @dataclass(frozen=True)

@@ -191,7 +191,7 @@ def test_what_runs_back_is_left_out_and_said(tmp_path: Path) -> None:
     measured = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,10\n0.05,1\n0.08,5\n0.2,8\n")
     np.testing.assert_array_equal(measured.x, [0.0, 0.1, 0.2])
     assert measured.notes == (
-        "driven runs back in 2 of its 5 rows, by up to 0.05 mm; the load counts with which it is reached first",
+        "driven runs back in 2 of its 5 rows, in 1 unloading(s) by up to 0.05 mm, which are left out",
     )
 
 
@@ -207,5 +207,5 @@ def test_a_million_rows_take_seconds(tmp_path: Path) -> None:
     clock = time.process_time()
     measured = curve(tmp_path, text, y="Kraft")
     assert time.process_time() - clock < 10.0
-    assert len(measured.x) == 10**5
-    assert "in 899991 of its 1000000 rows" in measured.notes[0]
+    assert abs(len(measured.x) - 10**5) < 20  # near its turns a row may be taken for noise of the last digit
+    assert "in 9 unloading(s) by up to 1 mm" in measured.notes[0]

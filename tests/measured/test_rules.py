@@ -164,7 +164,8 @@ def test_a_unit_that_is_said_is_not_asked_about(tmp_path: Path) -> None:
 def test_a_load_at_the_start_is_said(tmp_path: Path) -> None:
     measured = read(tmp_path, table("CMOD [mm],Load [N]", X + 1.234, Y + 300.0))
     assert measured.x[0] == 0.0 and measured.y[0] == 300.0
-    assert "the load at the start is 300 N, 2.5 % of the largest one, and is kept" in measured.notes
+    assert "the load at the start is 300 N, 2.5 % of the largest one, and is kept" in measured.notes[-1]
+    assert read(tmp_path, table("CMOD [mm],Load [N]", X + 1.234, Y + 300.0), y_offset=300.0).y[0] == 0.0
 
 
 def test_a_curve_that_begins_late_has_no_limit_of_proportionality() -> None:
