@@ -36,6 +36,7 @@ class Measured:
     notes : remarks of the reading, one sentence each, `doubt` among them
     doubt : why its numbers cannot be meant, with the key that corrects it; empty if nothing speaks against them
     content : the file as it was read
+    dimensions : what the file says of its specimen, mm and kg by the keys of `evaluate`; nobody has taken it
     """
 
     name: str
@@ -49,6 +50,7 @@ class Measured:
     notes: tuple[str, ...] = ()
     doubt: str = ""
     content: bytes = field(default=b"", repr=False)
+    dimensions: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def from_curve(cls, x: Array, y: Array, name: str = "measured", against: str = "") -> Measured:

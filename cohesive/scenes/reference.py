@@ -41,8 +41,9 @@ def read_with(
 ) -> Measured:
     """A file by the keys of [reference]."""
     return read_measured(
-        path, options.x, options.y, options.x_unit, options.y_unit, against, motions=motions, crack_area=crack_area
-    )
+        path, options.x, options.y, options.x_unit, options.y_unit, against,
+        block=options.block, sheet=options.sheet, motions=motions, crack_area=crack_area,
+    )  # fmt: skip
 
 
 def reference_to(scene: Scene, measured: Measured, default: str) -> Reference:
