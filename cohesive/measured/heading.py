@@ -47,11 +47,23 @@ def dimensions_in(lines: Sequence[str], dialect: Dialect) -> dict[str, float]:
         number, said = (filled[1], filled[2:3]) if len(rest) == 1 else (rest[0], rest[1:2])
         value = dialect.value(number) if dialect.is_number(number) else _other(dialect).value(number)
         unit = bare_unit(said[0]) if said else unit
-        key = next((key for key, words in _DIMENSIONS.items() if _word(name) in words), "")
-        factor = _MASSES.get(unit) if key == "mass" else factor_in(unit, LENGTHS) if unit else None
+        key = dimension_of(name)
+        factor = factor_to(key, unit) if key and unit else None
         if key and value is not None and factor is not None and value * factor > 0:
             found.setdefault(key, value * factor)
     return found
+
+
+def dimension_of(name: str) -> str:
+    """The key of a quantity of a beam that a word names; empty if it names none."""
+    return next((key for key, words in _DIMENSIONS.items() if _word(name) in words), "")
+
+
+def factor_to(key: str, unit: str) -> float | None:
+    """Millimetres or kilograms in a unit of a quantity, 1 if it names none; None if it is of another kind."""
+    if not unit:
+        return 1.0
+    return _MASSES.get(unit) if key.startswith("mass") else factor_in(unit, LENGTHS)
 
 
 def _filled(line: str, dialect: Dialect) -> list[str]:
