@@ -113,6 +113,13 @@ class TextTable:
         TableError
             As `values`; if more than a tenth of the rows are without a value.
         """
+        end = len(self.rows)
+        while end and not any(self.dialect.fields(self.rows[end - 1])[column] for column in columns):
+            end -= 1  # a shorter one of several side by side
+        if not end:
+            raise TableError(f"column {columns[0] + 1} ({self.titles[columns[0]]}) is empty")
+        if end < len(self.rows):
+            return self.part(np.arange(end)).without_lost(columns)
         values = self.values(columns)
         lost = np.argwhere(np.isnan(values))
         if not lost.size:

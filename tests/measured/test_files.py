@@ -122,6 +122,16 @@ def test_rows_without_a_value_are_left_out_and_said(word: str, tmp_path: Path) -
         read(tmp_path, "\n".join(lines))
 
 
+def test_a_shorter_specimen_beside_a_longer_one_ends_where_it_does(tmp_path: Path) -> None:
+    lines = table("CMOD B1,Load B1,CMOD B2,Load B2", X, Y, X, 0.9 * Y).splitlines()
+    lines[41:] = [",".join([*line.split(",")[:2], "", ""]) for line in lines[41:]]
+    short = read(tmp_path, "\n".join(lines), block="B2")
+    np.testing.assert_allclose([short.x, short.y], [X[:40], 0.9 * Y[:40]], rtol=1e-9)
+    assert short.notes == () and len(read(tmp_path, "\n".join(lines), block="B1").x) == len(X)
+    with pytest.raises(SceneError, match=r"column 2 \(Load\) is empty"):
+        read(tmp_path, "CMOD,Load,Time\n" + "".join(f"0.{i},,{i}\n" for i in range(9)), y="Load", x="Load", against="cmod")
+
+
 def test_the_mean_of_gauges_that_are_named(tmp_path: Path) -> None:
     text = semicolons("COD 1;COD 2;COD 3;Kraft", 0.9 * X, 1.1 * X, 3.0 * X, 1e-3 * Y, units="mm;mm;mm;kN")
     np.testing.assert_allclose(read(tmp_path, text, x=["COD 1", "COD 2"]).x, X, rtol=1e-9)
