@@ -24,8 +24,8 @@ from .units import split_title
 
 #: columns of a table of specimens that are not dimensions, with what they are in a scene
 _KEYS = {"file": "reference.file", "sheet": "reference.sheet", "block": "reference.block", "x": "reference.x",
-         "y": "reference.y", "x unit": "reference.x_unit", "y unit": "reference.y_unit", "against": "reference.against", "name": "name",
-         "mass loading": "mass_loading", "gauge holder": "gauge_holder"}  # fmt: skip
+         "y": "reference.y", "x unit": "reference.x_unit", "y unit": "reference.y_unit", "against": "reference.against",
+         "name": "name", "mass loading": "mass_loading", "gauge holder": "gauge_holder"}  # fmt: skip
 _COLUMNS = ("reference.x", "reference.y")
 
 #: what a characteristic value is, in words
