@@ -187,6 +187,10 @@ class ReferenceOptions(Table):
         return self.file if isinstance(self.file, list) else [self.file]
 
 
+#: formats of figures beside PNG
+FORMATS = ("pdf", "svg")
+
+
 @dataclass(frozen=True)
 class OutputOptions(Table):
     """[output]"""
@@ -199,3 +203,15 @@ class OutputOptions(Table):
         "Default: load over what was measured, else over the gauge that a stage controls, else over the opening",
         None,
     )
+    formats: list[str] = key("formats of the figures beside PNG: 'pdf', 'svg'", ())
+    figure_size: list[float] | None = key("width and height of the figures of curves, mm; default: by figure", None)
+    dpi: int | None = key("pixels to the inch of the figures as PNG; default: by figure", None, at_least=30, at_most=1200)
+    force_unit: str = key("unit of forces in the figures of curves", "N", one_of=("N", "kN"))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if unknown := [name for name in self.formats if name not in FORMATS]:
+            raise ParameterError.at("formats", f" = {unknown[0]!r}: expected some of {', '.join(map(repr, FORMATS))}")
+        size = self.figure_size
+        if size is not None and (len(size) != 2 or not all(20.0 <= side <= 1000.0 for side in size)):
+            raise ParameterError.at("figure_size", f" = {size!r}: expected width and height, 20 to 1000 mm")
