@@ -210,8 +210,14 @@ class OutputOptions(Table):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if unknown := [name for name in self.formats if name not in FORMATS]:
-            raise ParameterError.at("formats", f" = {unknown[0]!r}: expected some of {', '.join(map(repr, FORMATS))}")
+        if not isinstance(self.formats, (list, tuple)) or any(name not in FORMATS for name in self.formats):
+            raise ParameterError.at(
+                "formats", f" = {self.formats!r}: expected a list of some of {', '.join(map(repr, FORMATS))}"
+            )
         size = self.figure_size
-        if size is not None and (len(size) != 2 or not all(20.0 <= side <= 1000.0 for side in size)):
+        if size is not None and not (
+            isinstance(size, list)
+            and len(size) == 2
+            and all(isinstance(side, (int, float)) and not isinstance(side, bool) and 20 <= side <= 1000 for side in size)
+        ):
             raise ParameterError.at("figure_size", f" = {size!r}: expected width and height, 20 to 1000 mm")

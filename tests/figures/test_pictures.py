@@ -195,7 +195,9 @@ def test_pictures_for_print(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("key", "value", "message"),
-    [("formats", ["eps"], r"formats = 'eps': expected some of 'pdf', 'svg'"), ("figure_size", [120.0], "width and height"),
+    [("formats", ["eps"], r"formats = \['eps'\]: expected a list of some of 'pdf', 'svg'"),
+     ("formats", 1.0, "expected a list"),
+     ("figure_size", [120.0], "width and height"),
      ("figure_size", [1.0, 1.0], "20 to 1000 mm"), ("force_unit", "MN", "expected 'N' or 'kN'")],
 )  # fmt: skip
 def test_what_no_figure_can_be_is_refused(key: str, value: object, message: str) -> None:
