@@ -94,6 +94,18 @@ def test_a_specimen_is_taken_by_its_name_and_asked_for_without(way: str, tmp_pat
         read(tmp_path, text, block="B7")
 
 
+def test_a_table_continues_by_its_numbers_and_by_its_name(tmp_path: Path) -> None:
+    """A second test that was recorded from under load is no continuation, nor is one of another specimen that is."""
+    late = table("CMOD,Load", X, Y) + table("CMOD,Load", X[8:], 0.9 * Y[8:])
+    with pytest.raises(SceneError, match="it holds 2 specimens"):
+        read(tmp_path, late)
+    np.testing.assert_allclose(read(tmp_path, late, block=2).y, 0.9 * Y[8:], rtol=1e-9)
+    halves = [table("Time,CMOD,Load", T[part], X[part], Y[part]) for part in np.array_split(np.arange(len(X)), 2)]
+    assert len(read(tmp_path, "Specimen,B1\n" + "Specimen,B1\n".join(halves)).x) == len(X)
+    with pytest.raises(SceneError, match="it holds 2 specimens, 'B1', 'B2'"):
+        read(tmp_path, "Specimen,B1\n" + "Specimen,B2\n".join(halves))
+
+
 OPEN = {
     "thousands or decimals": ("1\t950\n2\t1.075\n3\t1.180\n", "'1.075' stands in one column with '950'"),
     "four digits beside three": ("0.1\t1234\n0.2\t1,075\n0.3\t1,180\n", "'1,075' stands in one column with '1234'"),
@@ -183,6 +195,11 @@ def test_a_sheet_of_a_workbook(tmp_path: Path) -> None:
         np.testing.assert_array_equal(read_book(two, sheet=sheet).y, np.round(0.9 * Y))  # whole numbers beside others
     with pytest.raises(SceneError, match=r"reference.sheet = 'B3': expected one of 'B1', 'Tabelle2'"):
         read_book(two, sheet="B3")
+
+
+def test_whole_numbers_of_a_sheet_are_not_taken_for_thousands(tmp_path: Path) -> None:
+    rows = [["CMOD [mm]", "Kraft [kN]"], [0.1, 1], [0.2, 1.075], [0.3, 2.125], [0.4, 3]]
+    np.testing.assert_array_equal(read_book(workbook(tmp_path / "w.xlsx", {"1": rows})).y, [1e3, 1075.0, 2125.0, 3e3])
 
 
 def test_specimens_side_by_side_on_a_sheet(tmp_path: Path) -> None:
