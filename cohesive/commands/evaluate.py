@@ -12,7 +12,7 @@ from ..measured.curve import Measured
 from ..scenes.inputs import build_table
 from ..scenes.reference import load_reference, read_with
 from ..scenes.scene import Scene
-from ..scenes.tables import ReferenceOptions
+from ..scenes.tables import OutputOptions, ReferenceOptions
 from .common import Commands, add_set, assignments, is_scene
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 #: what --set may give besides keys of the specimen and of the reference
 _OWN = ("mass", "mass_loading", "gauge_holder")
+_TABLES = ("specimen.", "reference.", "output.")
 
 
 def add_parser(commands: Commands) -> None:
@@ -39,7 +40,7 @@ def add_parser(commands: Commands) -> None:
     add_set(
         p,
         "specimen.span, .depth, .thickness, .notch, .length (mm), mass (kg, of the beam), mass_loading (kg), "
-        "gauge_holder (mm), reference.x and so on",
+        "gauge_holder (mm), reference.x, output.formats and so on",
     )
     p.set_defaults(execute=_execute)
 
@@ -67,7 +68,9 @@ def _execute(options: argparse.Namespace) -> int:
 
         specimens = {name: _facts(each, known) for name, each, known in zip(names, evaluations, values, strict=True)}
         facts = {"standard": options.standard, "specimens": specimens}
-        write_series(Path(options.output), series, curves, facts)
+        given = assignments(options.set)
+        output = {key.removeprefix("output."): value for key, value in given.items() if key.startswith("output.")}
+        write_series(Path(options.output), series, curves, facts, build_table(OutputOptions, output, "output"))
         print(f"files: {options.output}/  ({', '.join(FILES)})")
     return 0
 
@@ -94,9 +97,11 @@ def _specimens(options: argparse.Namespace) -> tuple[list[Measured], list[str], 
             raise SceneError(f"reference is missing in {options.sources[0]}: expected a measured curve", "reference")
         known = {f"specimen.{key}": value for key, value in scene.given("specimen").items()} | own
         return list(reference.curves), [each.name for each in reference.curves], [known] * len(reference.curves)
-    known = {key: value for key, value in given.items() if key.startswith(("specimen.", "reference.")) or key in _OWN}
+    known = {key: value for key, value in given.items() if key.startswith(_TABLES) or key in _OWN}
     if unknown := sorted(set(given) - set(known)):
-        raise SceneError(f"--set {unknown[0]}: a curve has no such key; expected {', '.join(_OWN)}, specimen.* or reference.*")
+        raise SceneError(
+            f"--set {unknown[0]}: a curve has no such key; expected {', '.join(_OWN)}, specimen.*, reference.* or output.*"
+        )
     specimens = specimens_of(options.sources, options.specimens)
     values = [known | dict(each.values) for each in specimens]
     curves = [_curve(each.file, value) for each, value in zip(specimens, values, strict=True)]

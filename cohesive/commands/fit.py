@@ -125,7 +125,7 @@ def _fit_each(
     units = {f"{key.table}.{key.name}": key.unit for key in scene_keys(scene.given("specimen").get("kind"))}
     series = Series([each.name for each in specimens], columns, {key: units.get(key, "") for key in columns})
     print(series.summary())
-    write_series(folder, series, curves, {"intervals": intervals})
+    write_series(folder, series, curves, {"intervals": intervals}, scene.output)
 
 
 def _bounds(text: str) -> tuple[str, tuple[float, float]]:

@@ -10,15 +10,18 @@ from typing import Any
 
 from ..measured.curve import Measured
 from ..measured.series import CHARACTERISTIC, Series
-from ..results.files import write_file, write_table, write_text
-from .drawing import draw_measured, new_figure, plain_legend, save
+from ..results.files import write_table, write_text
+from ..scenes.tables import OutputOptions
+from .drawing import draw_measured, new_figure, plain_legend, save, set_force_label, write_figure
 
 #: the files
 FILES = ("series.csv", "series.json", "series.png")
 
 
-def write_series(folder: Path, series: Series, curves: Sequence[Measured], facts: Mapping[str, Any]) -> None:
-    """Write series.csv, series.json, which begins with some facts, and series.png.
+def write_series(
+    folder: Path, series: Series, curves: Sequence[Measured], facts: Mapping[str, Any], output: OutputOptions
+) -> None:
+    """Write series.csv, series.json, which begins with some facts, and series.png, with what a scene says of figures.
 
     Raises
     ------
@@ -37,17 +40,18 @@ def write_series(folder: Path, series: Series, curves: Sequence[Measured], facts
         "characteristic": CHARACTERISTIC,
     }
     write_text(folder / FILES[1], json.dumps({**facts, **numbers}, indent=2) + "\n")
-    write_file(folder / FILES[2], lambda path: save_series(curves, series.names, path))
+    write_figure(folder / FILES[2], lambda path: save_series(curves, series.names, path, output), output)
 
 
-def save_series(curves: Sequence[Measured], names: Sequence[str], path: Path) -> None:
-    """Draw the curves of some specimens, load (N) over what was measured (mm)."""
-    figure = new_figure(6.4, 4.4)
+def save_series(curves: Sequence[Measured], names: Sequence[str], path: Path, output: OutputOptions) -> None:
+    """Draw the curves of some specimens, load over what was measured (mm)."""
+    figure = new_figure(6.4, 4.4, output)
     axes = figure.subplots()
     for i, (curve, name) in enumerate(zip(curves, names, strict=True)):
         draw_measured(axes, curve, f"C{i % 10}", name)
     motions = dict.fromkeys(curve.against for curve in curves)
-    axes.set(xlabel=f"{', '.join(motions)} (mm)", ylabel="load (N)")
+    axes.set_xlabel(f"{', '.join(motions)} (mm)")
+    set_force_label(axes, "load", output.force_unit)
     axes.axhline(0.0, color="0.5", linewidth=0.6)
     plain_legend(axes, axes)
-    save(figure, path)
+    save(figure, path, output)
