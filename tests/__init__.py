@@ -3,6 +3,7 @@
 Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so does `.ci/run`, once:
 
     algebra/test_condensation.py             older factorizations through whole runs, and without a held direction
+    commands/test_fit_command.py             a series of three beams
     commands/test_interrupted.py             further signals from outside, gmsh ended in the middle of its work
     commands/test_show.py                    the law drawn with two widths
     commands/test_streams.py                 five more ways to lose the streams

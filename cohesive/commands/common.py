@@ -93,6 +93,12 @@ def assignments(pairs: Sequence[str]) -> dict[str, Any]:
     return result
 
 
+def is_scene(source: str) -> bool:
+    """Whether a source is a scene, not a file with a curve."""
+    path = Path(source)
+    return path.suffix == ".toml" or not path.is_file()
+
+
 def gather_ranks(options: argparse.Namespace) -> None:
     """Under mpiexec rank 0 goes on alone; the others compute for it, and end with it."""
     count = rank_and_size()[1]

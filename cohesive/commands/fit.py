@@ -1,14 +1,22 @@
-"""`cohesive fit SCENE...`."""
+"""`cohesive fit SCENE... [CSV...]`."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
+from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import SceneError
 from ..results.files import make_folder
+from ..scenes.keys import scene_keys
 from ..scenes.scene import Scene
-from .common import Commands, add_set, assignments
+from .common import Commands, add_set, assignments, is_scene
+
+if TYPE_CHECKING:
+    from ..measured.curve import Measured
+    from ..measured.series import Specimen
 
 
 def add_parser(commands: Commands) -> None:
@@ -17,9 +25,13 @@ def add_parser(commands: Commands) -> None:
         "fit",
         help="find the numbers of a scene from its measured curve",
         description="Fit numbers of one or several scenes to the measured curves that they name; write figure, table, "
-        "fit.json, the fitted scene, and the softening curve for other programs.",
+        "fit.json, the fitted scene, and the softening curve for other programs. With one scene and files of curves each "
+        "specimen is fitted by itself; then come mean, scatter and characteristic values.",
     )
-    p.add_argument("scenes", metavar="SCENE", nargs="+", help="TOML files, or built-in scenes")
+    p.add_argument("scenes", metavar="SCENE|CSV", nargs="+", help="TOML files, or built-in scenes; after one, files of curves")
+    p.add_argument(
+        "--specimens", metavar="TABLE", help="table with a row for each specimen: file, sheet, block, span, depth ..."
+    )
     p.add_argument("-o", "--output", metavar="DIR", help="folder for the files (default: the first scene's name and -fit)")
     add_set(p, "change a key of all scenes")
     p.add_argument(
@@ -42,9 +54,16 @@ def _execute(options: argparse.Namespace) -> int:
     from ..fitting.curve_choice import fit_curves
     from ..fitting.export import EXPORTS
     from ..fitting.fit import fit
+    from ..measured.series import specimens_of
 
-    scenes = [Scene.load(source, options.run_scripts).with_(**assignments(options.set)) for source in options.scenes]
-    folder = Path(options.output or f"{Path(options.scenes[0]).stem}-fit")
+    curves = [source for source in options.scenes if not is_scene(source)]
+    names = [source for source in options.scenes if is_scene(source)]
+    if options.specimens and not curves:
+        raise SceneError("--specimens: expected a scene and the files of curves that the table names", "specimens")
+    if curves and len(names) != 1:
+        raise SceneError(f"{len(names)} scenes with files of curves: expected one, SCENE CSV...", "scenes")
+    scenes = [Scene.load(source, options.run_scripts).with_(**assignments(options.set)) for source in names]
+    folder = Path(options.output or f"{Path(names[0]).stem}-fit")
     make_folder(folder)  # refused now, not after the fit
     vary = {key: bounds for key, bounds in map(_bounds, options.vary)}
     chosen = {
@@ -55,7 +74,11 @@ def _execute(options: argparse.Namespace) -> int:
         "profile": options.profile,
         "scatter": assignments(options.scatter),
     }
-    if options.softening:
+    if curves:
+        if options.softening or options.export:
+            raise SceneError("--softening, --export: expected scenes that are fitted together, not files of curves", "scenes")
+        _fit_each(scenes[0], specimens_of(curves, options.specimens), vary, chosen, folder)
+    elif options.softening:
         choice = fit_curves(scenes, vary, options.softening.split(","), **chosen)
         choice.save(folder)
         print(choice.summary())
@@ -68,6 +91,41 @@ def _execute(options: argparse.Namespace) -> int:
         print(EXPORTS[options.export][1](best.scenes[0].material), end="")
     print(f"files: {folder}/")
     return 0
+
+
+def _fit_each(
+    scene: Scene,
+    specimens: Sequence[Specimen],
+    vary: Mapping[str, tuple[float, float]],
+    chosen: Mapping[str, Any],
+    folder: Path,
+) -> None:
+    """Fit each specimen by itself, write each into a folder of its own, and print and write the statistics of all."""
+    from ..figures.series import write_series
+    from ..fitting.fit import fit
+    from ..measured.series import Series
+
+    columns: dict[str, list[float | None]] = {}
+    curves: list[Measured] = []
+    intervals: dict[str, dict[str, list[float | None]]] = {}
+    for specimen in specimens:
+        own = {key: value for key, value in specimen.values.items() if key.startswith(("specimen.", "reference."))}
+        file = {"reference.file": str(specimen.file.resolve()), "reference.label": specimen.name}
+        fitted = fit([scene.with_(**file, **own)], vary, **chosen)
+        inside = folder / "".join(each if each.isalnum() or each in "-_" else "_" for each in specimen.name)
+        make_folder(inside)
+        fitted.save(inside)
+        print(f"{specimen.name}: {fitted.summary()}")
+        for key, value in fitted.values.items():
+            columns.setdefault(key, []).append(value)
+        curves += fitted.problem.data[0].curves
+        intervals[specimen.name] = {
+            key: [end if isfinite(end) else None for end in ends] for key, ends in fitted.intervals.items()
+        }
+    units = {f"{key.table}.{key.name}": key.unit for key in scene_keys(scene.given("specimen").get("kind"))}
+    series = Series([each.name for each in specimens], columns, {key: units.get(key, "") for key in columns})
+    print(series.summary())
+    write_series(folder, series, curves, {"intervals": intervals}, scene.output)
 
 
 def _bounds(text: str) -> tuple[str, tuple[float, float]]:

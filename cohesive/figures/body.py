@@ -28,12 +28,14 @@ _STRESS = "major principal stress (MPa)"
 
 
 def save_deformed(data: RunData, path: Path) -> None:
-    """The body at the peak and in the last row, coloured by the major principal stress, displacements magnified."""
+    """The body at the peak and in the last row, coloured by the major principal stress, displacements magnified.
+
+    The stress is averaged at the nodes, and both pictures have one scale, centred at 0 and capped at ft."""
     rows = sorted({data.peak_row, data.steps})
     figure = _solid_figure(data, rows) if data.fields.mesh.dimension == 3 else _plane_figure(data, rows)
     half = ["one half of the body"] if data.scene.model.half else []
     set_title(figure, data.scene.title, *half)
-    save(figure, path)
+    save(figure, path, data.scene.output)
 
 
 def draw_deformed(axes: Axes, data: RunData, row: int) -> None:
@@ -45,15 +47,15 @@ def draw_deformed(axes: Axes, data: RunData, row: int) -> None:
         If the axes are not 3D though the body is.
     """
     if data.fields.mesh.dimension == 2:
-        _draw_plane(axes, data, row)
+        _draw_plane(axes, data, row, _reach(data, [row]))
         return
     if not isinstance(axes, Axes3D):
         raise ValueError("ax: the body is solid; expected axes with projection='3d'")
     frame = data.frame(row)
     warped, factor = _warped(data, frame)
     frame_body(axes, warped)
-    body = draw_body(axes, data, warped, _stress(frame))
-    _limit(body, np.asarray(body.get_array()))
+    body = draw_body(axes, data, warped, _stress(data, frame))
+    _limit(body, _reach(data, [row]))
     axes.set_title(_words(data, row, factor), fontsize="medium")
     figure = axes.figure
     assert isinstance(figure, Figure)
@@ -72,18 +74,19 @@ def _plane_figure(data: RunData, rows: list[int]) -> Figure:
         width = float(np.clip(5.0 / ratio, 5.5, 8.0))
         figure = new_figure(width, float(np.clip(count * (0.75 * width * ratio + 0.9) + 0.4, 2.6, 10.0)))
         all_axes = figure.subplots(count, 1, squeeze=False)[:, 0]
+    reach = _reach(data, rows)
     for axes, row in zip(all_axes, rows, strict=True):
-        _draw_plane(axes, data, row)
+        _draw_plane(axes, data, row, reach)
     return figure
 
 
-def _draw_plane(axes: Axes, data: RunData, row: int) -> None:
+def _draw_plane(axes: Axes, data: RunData, row: int, reach: float) -> None:
     """A 2D body with its crack faces, or with the open crack planes of its band."""
     frame = data.frame(row)
-    (warped, factor), stress = _warped(data, frame), _stress(frame)
+    (warped, factor), stress = _warped(data, frame), _stress(data, frame)
     faces = [warped[block.cells[:, : block.element.cell.n_corners]] for block in (*data.fields.bulk, *data.fields.band)]
     body = fill_cells(axes, corners_of(faces), stress)
-    _limit(body, stress)
+    _limit(body, reach)
     if data.is_smeared:
         _draw_planes(axes, data.fields.planes.of(frame.step), data.fields.cell, faces[len(data.fields.bulk) :])
     elif (crack := data.fields.mesh.crack) is not None:
@@ -108,18 +111,19 @@ def _solid_figure(data: RunData, rows: list[int]) -> Figure:
     figure = new_figure(12.0, 0.6 + count * height)
     figure.set_layout_engine("none")  # 3D axes do not take part in it
     tall = height / (0.6 + count * height)
+    reach = _reach(data, rows)
     for i, row in enumerate(rows):
         frame = data.frame(row)
         warped, factor = _warped(data, frame)
         bottom = (count - 1 - i) * tall
         for left, draw, name, values in (
-            (0.0, draw_body, _STRESS, _stress(frame)),
+            (0.0, draw_body, _STRESS, _stress(data, frame)),
             (0.5, draw_crack, "crack opening (mm)", frame.cracks["opening"]),
         ):
             axes = solid_axes(figure, (left + 0.01, bottom + 0.1 * tall, 0.385, 0.82 * tall), warped)
             drawn = draw(axes, data, warped, values)
             if name == _STRESS:
-                _limit(drawn, np.asarray(drawn.get_array()))
+                _limit(drawn, reach)
             beside = figure.add_axes((left + 0.435, bottom + 0.2 * tall, 0.012, 0.5 * tall))
             bar = figure.colorbar(drawn, cax=beside, label=name)
             bar.ax.ticklabel_format(useOffset=False)
@@ -135,8 +139,22 @@ def _warped(data: RunData, frame: Frame) -> tuple[Array, float]:
     return points + factor * u, factor
 
 
-def _stress(frame: Frame) -> Array:
-    return np.concatenate([major_stress(stress) for stress in frame.stress])
+def _stress(data: RunData, frame: Frame) -> Array:
+    """Major principal stress of each cell, MPa, the mean of what its nodes have: at a node that of the cells around it, on
+    its side of the crack."""
+    values = np.concatenate([major_stress(stress) for stress in frame.stress])
+    blocks = [block.cells for block in (*data.fields.bulk, *data.fields.band)]
+    nodes = np.concatenate([cells.ravel() for cells in blocks])
+    cell = np.repeat(np.arange(len(values)), np.concatenate([np.full(len(cells), cells.shape[1]) for cells in blocks]))
+    count = np.maximum(np.bincount(nodes), 1)
+    at_nodes = np.bincount(nodes, values[cell]) / count
+    return np.asarray(np.bincount(cell, at_nodes[nodes]) / np.bincount(cell))
+
+
+def _reach(data: RunData, rows: list[int]) -> float:
+    """End of the scale of stresses on either side of 0, MPa: what nearly all cells have in some rows, at most ft."""
+    largest = max(float(np.percentile(abs(_stress(data, data.frame(row))), 99)) for row in rows)
+    return max(min(largest, float(data.scene.material.ft)), 1e-12)
 
 
 def _words(data: RunData, row: int, factor: float, between: str = ", ") -> str:
@@ -148,10 +166,10 @@ def _words(data: RunData, row: int, factor: float, between: str = ", ") -> str:
     return f"{which}: {load:.4g} N, {label_of(data, data.controlled)} {x:.3g} mm{between}displacements x {factor:g}"
 
 
-def _limit(faces: Collection, stress: Array) -> None:
-    """Colours that a few very large stresses do not flatten."""
-    low, high = np.percentile(stress, [1, 99])
-    faces.set_clim(low, max(high, low + 1e-12))
+def _limit(faces: Collection, reach: float) -> None:
+    """Colours of both signs, blue for compression."""
+    faces.set_cmap("coolwarm")
+    faces.set_clim(-reach, reach)
 
 
 def _draw_planes(axes: Axes, planes: Planes, cells: Index, faces: list[Array]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 import threading
 import warnings
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ..arrays import Array
+from ..results.files import write_file
 from ..results.measures import label_of
+from ..scenes.tables import FORMATS, OutputOptions
 
 if TYPE_CHECKING:
     from ..measured.curve import Measured
@@ -24,8 +27,14 @@ if TYPE_CHECKING:
 #: measured curves of fewer points are drawn with a mark for each
 _FEW = 100
 
+#: order of drawing of what was measured: lines have 2
+_TOP = 3.0
+
 #: the filters of warnings are those of the whole process
 _ONE_AT_A_TIME = threading.Lock()
+
+#: mm
+_INCH = 25.4
 
 #: of PNG files, 0 to 9
 _COMPRESSION = 3
@@ -38,7 +47,7 @@ def save_curve(data: RunData, path: Path) -> None:
     """The curve of a run, with what was measured if there is something; for a platen that moves both ways also the mean
     tractions on the crack against sliding and opening."""
     both = data.drives_both_ways and data.scene.output.curve is None
-    figure = new_figure(11.0 if both else 6.4, 4.4)
+    figure = new_figure(11.0 if both else 6.4, 4.4, data.scene.output)
     axes, *others = figure.subplots(1, 3 if both else 1, squeeze=False)[0]
     draw_curve(axes, data)
     for other, motion, stress, name in zip(
@@ -48,7 +57,7 @@ def save_curve(data: RunData, path: Path) -> None:
         other.set(xlabel=_label(data, motion), ylabel=f"mean {name} traction on the crack (MPa)")
         other.axhline(0.0, color="0.5", linewidth=0.6)
     set_title(figure, data.scene.title)
-    save(figure, path)
+    save(figure, path, data.scene.output)
 
 
 def draw_curve(axes: Axes, data: RunData) -> None:
@@ -58,19 +67,23 @@ def draw_curve(axes: Axes, data: RunData) -> None:
     name, over = data.scene.output.curve or (data.controlled, "load")
     if data.drives_both_ways and data.scene.output.curve is None:
         (label, x, y), along = abscissa(data), data.drive_travel
-        axes.set(xlabel=f"{label} (mm)", ylabel="load along its motion (N)")
+        axes.set_xlabel(f"{label} (mm)")
+        set_force_label(axes, "load along its motion", data.scene.output.force_unit)
     else:
         x, y = along, _ = history[name], history[over]
         axes.set(xlabel=_label(data, name), ylabel=_label(data, over))
+        if data.unit_of(over) == "N":
+            set_force_label(axes, label_of(data, over).replace("$", r"\$"), data.scene.output.force_unit)
         if over == "load":
             draw_reference(axes, data, name, with_distance=True)
-    axes.plot(x, y, color="C0", label="crack band" if data.is_smeared else "discrete crack")
+    axes.plot(x, y, color="C0", linewidth=2.0, label="crack band" if data.is_smeared else "discrete crack")
     if over == "load":
         top = data.at_peak(along), data.peak_load
     else:
         top = x[np.nanargmax(y)], y[np.nanargmax(y)]
-    largest = f"{'peak' if over == 'load' else 'largest'} {top[1]:.5g} {data.unit_of(over)}"
-    axes.plot(*top, "o", color="C3", markersize=4, label=largest)
+    unit = data.unit_of(over)
+    value = force_text(top[1], data.scene.output.force_unit) if unit == "N" else f"{top[1]:.5g} {unit}"
+    axes.plot(*top, "o", color="C3", markersize=4, label=f"{'peak' if over == 'load' else 'largest'} {value}")
     axes.axhline(0.0, color="0.5", linewidth=0.6)
     plain_legend(axes, axes)
 
@@ -78,6 +91,18 @@ def draw_curve(axes: Axes, data: RunData) -> None:
 def _label(data: RunData, name: str) -> str:
     unit, words = data.unit_of(name), label_of(data, name).replace("$", r"\$")
     return f"{words} ({unit})" if unit else words
+
+
+def force_text(force: float, unit: str) -> str:
+    """A force (N) in a unit, "N" or "kN", with it."""
+    return f"{force / (1e3 if unit == 'kN' else 1.0):.5g} {unit}"
+
+
+def set_force_label(axes: Axes, words: str, unit: str) -> None:
+    """Name the ordinate of forces, which are drawn in N, and number it in a unit, "N" or "kN"."""
+    axes.set_ylabel(f"{words} ({unit})")
+    if unit == "kN":
+        axes.yaxis.set_major_formatter(lambda value, _: f"{1e-3 * value:g}")
 
 
 def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Array]:
@@ -109,25 +134,27 @@ def draw_reference(axes: Axes, data: RunData, measure: str, with_distance: bool 
             label = f"{label}, band"
         elif not several and each.name in judged:
             label = f"{label}, rms {100 * judged[each.name].rms:.1f} % of its peak"
-        draw_measured(axes, each, "0.6", label)
+        draw_measured(axes, each, "0.35", label)
     if mean is not None:
         curve = mean[0]
         rms = f", rms {100 * judged[curve.name].rms:.1f} % of its peak" if curve.name in judged else ""
-        axes.plot(curve.x, curve.y, "--", color="0.3", linewidth=1.0, label=f"{curve.name}{rms}")
+        axes.plot(curve.x, curve.y, "--", color="0.2", linewidth=1.0, label=f"{curve.name}{rms}", zorder=_TOP)
 
 
 def draw_measured(axes: Axes, measured: Measured, colour: str, label: str | None = None) -> None:
-    """A measured curve, or a band with its bounds."""
+    """A measured curve, or a band with its bounds, on top of what is computed."""
     if measured.is_band:
         axes.fill_between(measured.x, *measured.bounds, color=colour, alpha=0.3, linewidth=0.0, label=label)
-        axes.plot(measured.x, np.stack(measured.bounds, axis=1), ".", color=colour, markersize=4)
+        axes.plot(measured.x, np.stack(measured.bounds, axis=1), ".", color=colour, markersize=4, zorder=_TOP)
         return
     style = "o-" if len(measured.x) < _FEW else "-"
-    axes.plot(measured.x, measured.y, style, color=colour, markersize=3, linewidth=0.8, label=label)
+    axes.plot(measured.x, measured.y, style, color=colour, markersize=3, linewidth=0.8, label=label, zorder=_TOP)
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """A figure of a size in inches, drawn without a window."""
+def new_figure(width: float, height: float, output: OutputOptions | None = None) -> Figure:
+    """A figure of a size in inches, or of that which a scene gives in mm, drawn without a window."""
+    if output is not None and output.figure_size is not None:
+        width, height = (side / _INCH for side in output.figure_size)
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -154,11 +181,34 @@ def plain_legend(place: Axes | Figure, axes: Axes, **options: Any) -> None:
         text.set_parse_math(False)
 
 
-def save(figure: Figure, path: Path | BytesIO, dpi: int = 130) -> None:
-    """Write a figure as PNG: as `savefig` does, but drawn once and not twice, and compressed less, which takes half the
-    time for files of about the same size."""
-    figure.set_dpi(dpi)
+def write_figure(path: Path, draw: Callable[[Path], object], output: OutputOptions) -> None:
+    """Let `draw` write a figure as PNG, and beside it in the further formats that a scene asks for; others of an earlier run
+    go.
+
+    Raises
+    ------
+    SceneError
+        If a file cannot be written.
+    """
+    write_file(path, draw)
+    for name in FORMATS:
+        other = path.with_suffix(f".{name}")
+        if name in output.formats:
+            write_file(other, draw)
+        else:
+            other.unlink(missing_ok=True)
+
+
+def save(figure: Figure, path: Path | BytesIO, output: OutputOptions | None = None, dpi: int = 130) -> None:
+    """Write a figure in the format of its name, with the resolution that a scene gives, if it gives one.
+
+    PNG is written as `savefig` does, but drawn once and not twice, and compressed less, which takes half the time for files of
+    about the same size."""
+    figure.set_dpi(dpi if output is None or output.dpi is None else output.dpi)
     with _ONE_AT_A_TIME, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # a title may have any character
+        if isinstance(path, Path) and path.suffix.removeprefix(".") in FORMATS:
+            figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else {"CreationDate": None})
+            return
         canvas = FigureCanvasAgg(figure)
         canvas.print_png(path, pil_kwargs={"compress_level": _COMPRESSION})  # type: ignore[no-untyped-call]

@@ -35,7 +35,7 @@ def save_mesh(scene: Scene, mesh: CrackedMesh, path: Path) -> None:
     figure = _solid_figure(scene, mesh) if mesh.dimension == 3 else _plane_figure(scene, mesh)
     half = ["one half of the body"] if scene.model.half else []
     set_title(figure, scene.title, *half)
-    save(figure, path)
+    save(figure, path, scene.output)
 
 
 def _plane_figure(scene: Scene, mesh: CrackedMesh) -> Figure:

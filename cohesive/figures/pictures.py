@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import SceneError
-from ..results.files import PICTURES, write_file
+from ..results.files import PICTURES
 from .body import save_deformed
-from .drawing import save_curve
+from .drawing import save_curve, write_figure
 from .mesh import save_mesh
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def write_pictures(data: RunData, folder: Path) -> list[str]:
             path.unlink(missing_ok=True)
             continue
         try:
-            write_file(path, draw)
+            write_figure(path, draw, data.scene.output)
         except SceneError:
             raise
         except Exception as error:  # whatever a title, a label or a mesh brings about: the numbers are worth more

@@ -74,10 +74,16 @@ class CurveChoice:
         return "\n".join(lines + self.warnings)
 
     def save(self, folder: str | Path) -> None:
-        """Write curves.csv, and the files of each fit into a folder of its own."""
+        """Write curves.csv, curves.png, and the files of each fit into a folder of its own."""
+        from ..figures.drawing import save, write_figure  # with matplotlib, which is slow to import
+        from .figures import draw_choice
+
         folder = Path(folder)
         make_folder(folder)
         write_table(folder / "curves.csv", self.table[0], (row.values() for row in self.table))
+        figure = draw_choice({name: (one.problem, one.best, one.scenes[0]) for name, one in self.fits.items()})
+        output = self.fits[self.best].scenes[0].output
+        write_figure(folder / "curves.png", lambda path: save(figure, path, output, dpi=150), output)
         for name, one in self.fits.items():
             one.save(folder / name.replace(":", "-"))
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Array
 from ..measured.evaluation import Evaluation, without_mass
 from ..outcome.result import Result
-from ..results.files import make_folder, write_file, write_scene, write_table, write_text
+from ..results.files import make_folder, write_scene, write_table, write_text
 from ..results.inputs import copy_inputs
 from ..scenes.scene import Scene, dump_toml
 from ..simulation import run
@@ -215,10 +215,12 @@ class Fit:
             If the folder cannot be written.
         """
         from ..figures.drawing import save as save_figure  # with matplotlib, which is slow to import
+        from ..figures.drawing import write_figure
 
         folder, figure = Path(folder), self.plot()
         make_folder(folder)
-        write_file(folder / "fit.png", lambda path: save_figure(figure, path, dpi=150))
+        output = self.scenes[0].output
+        write_figure(folder / "fit.png", lambda path: save_figure(figure, path, output, dpi=150), output)
         write_text(folder / "fit.json", json.dumps(self._facts(), indent=2, default=float) + "\n")
         names = ["scene", "curve", "x_mm", "measured_N", "low_N", "high_N", "computed_N"]
         write_table(folder / "fit.csv", names, self._rows())

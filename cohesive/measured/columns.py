@@ -7,7 +7,8 @@ import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from .text_table import TableError, TextTable
+from .fields import TableError
+from .text_table import TextTable
 from .units import FORCES, LENGTHS, SIDES, factor_in, known_unit
 
 #: what names of columns say of themselves, the first is looked for first
@@ -48,7 +49,7 @@ class Choice:
 
 def choose(
     table: TextTable,
-    x: str | int | None,
+    x: str | int | Sequence[str | int] | None,
     y: str | int | Sequence[str | int] | None,
     against: str | None,
     motions: Sequence[str],
@@ -61,14 +62,16 @@ def choose(
         If there is no such column, or if nothing says which of several is meant.
     """
     notes: list[str] = []
-    wanted = None if y is None else [y] if isinstance(y, (str, int)) else list(y)
+    wanted, gauges = _listed(y), _listed(x)
     if wanted is not None and len(wanted) not in (1, 2):
         raise TableError(f"reference.y = {y!r}: expected one column, or a list of two, lower and upper bound")
     if not table.has_titles and x is None and wanted is None and len(table.titles) == 2:
         motion = against or ("cmod" if "cmod" in motions else "opening")
         return Choice([0], [1], motion, [f"its columns have no names: column 1 is taken as {motion}, column 2 as load"])
     loads = _loads(table, notes) if wanted is None else [_named(table, name, "y") for name in wanted]
-    at = _abscissa(table, against, notes) if x is None else [_named(table, x, "x")]
+    at = _abscissa(table, against, notes) if gauges is None else [_named(table, name, "x") for name in gauges]
+    if len(set(at)) < len(at):
+        raise TableError(f"reference.x = {x!r}: expected different columns, of which the mean counts")
     if not at or not loads:
         what, missing = ("x", "an opening or a deflection") if not at else ("y", "a load, or load_min and load_max")
         if not table.has_titles:
@@ -84,6 +87,10 @@ def choose(
     return Choice(at, loads, motion, notes)
 
 
+def _listed(given: str | int | Sequence[str | int] | None) -> list[str | int] | None:
+    return None if given is None else [given] if isinstance(given, (str, int)) else list(given)
+
+
 def _list(titles: Sequence[str]) -> str:
     """Titles of columns in an error, not more than a line of them."""
     shown = [reprlib.repr(title)[1:-1] for title in titles[:12]]
@@ -95,7 +102,8 @@ def _numbered(table: TextTable, columns: Iterable[int]) -> str:
     return ", ".join(f"{i + 1} ({reprlib.repr(table.titles[i])[1:-1]})" for i in columns)
 
 
-def _plain(title: str) -> str:
+def plain(title: str) -> str:
+    """A title in lower case, its words parted by spaces, numbers from words too."""
     spaced = re.sub(r"(?<=[^\W\d])(?=\d)", " ", title.lower())
     return " ".join(re.split(r"[\s_()\[\]-]+", spaced)).strip()
 
@@ -108,7 +116,7 @@ def _named(table: TextTable, name: str | int, key: str) -> int:
         return name - 1
     titles = list(zip(table.titles, table.full_titles, strict=True))
     exactly = [i for i, both in enumerate(titles) if name.strip() and name.strip() in both]
-    nearly = [i for i, both in enumerate(titles) if _plain(name) and _plain(name) in map(_plain, both)]
+    nearly = [i for i, both in enumerate(titles) if plain(name) and plain(name) in map(plain, both)]
     for columns in (exactly, nearly):
         if len(columns) > 1:
             numbers = " and ".join(str(i + 1) for i in columns)
@@ -137,11 +145,11 @@ def _has_unit(table: TextTable, column: int, known: dict[str, float]) -> bool:
 
 def _loads(table: TextTable, notes: list[str]) -> list[int]:
     """The column with a load, or the two with the bounds of a band; empty if there is none."""
-    named = [i for i, title in enumerate(table.titles) if _is_load(title)]
-    if any(_plain(table.titles[i]) == "load" for i in named):  # of a history with several drives: "load" is that of the stage
-        named = [i for i in named if not table.titles[i].startswith("load.")]
+    named = [i for i, title in enumerate(table.titles) if is_load(title)]
+    if any(plain(table.titles[i]) == "load" for i in named):  # of a history with several drives: "load" is that of the stage
+        named = [i for i in named if not re.match(r"load\.\D", table.titles[i])]
     every = _candidates(table, named, FORCES)
-    lower, upper = ([i for i in every if words & set(_plain(table.titles[i]).split())] for words in (_LOWER, _UPPER))
+    lower, upper = ([i for i in every if words & set(plain(table.titles[i]).split())] for words in (_LOWER, _UPPER))
     lower, upper = (_best(table, side) for side in (lower, upper))
     if len(lower) == 1 and len(upper) == 1:
         if others := [i for i in named if i not in lower + upper]:
@@ -164,8 +172,9 @@ def _best(table: TextTable, columns: list[int]) -> list[int]:
     return [i for i in columns if _has_unit(table, i, FORCES)] or columns
 
 
-def _is_load(title: str) -> bool:
-    words = _plain(title).split()
+def is_load(title: str) -> bool:
+    """Whether a title names a load."""
+    words = plain(title).split()
     return any(word in _LOADS or word.endswith(_ENDINGS["load"]) for word in words) and "point" not in words
 
 
@@ -192,7 +201,7 @@ def _abscissa(table: TextTable, against: str | None, notes: list[str]) -> list[i
 
     first = min(every, key=rank)
     alike = [i for i in every if rank(i) == rank(first)]
-    exact = [i for i in alike if _plain(table.titles[i]) == order[rank(first)[2]]]
+    exact = [i for i in alike if plain(table.titles[i]) == order[rank(first)[2]]]
     gauges = [i for i in alike if _stem(table.titles[i]) == _stem(table.titles[first])]
     taken = gauges if len(gauges) > 1 else exact[:1] or [first]
     others = [i for i in named if i not in taken]
@@ -206,21 +215,25 @@ def _abscissa(table: TextTable, against: str | None, notes: list[str]) -> list[i
 
 def _stem(title: str) -> str:
     """A title without what tells gauges of one quantity apart."""
-    return " ".join(word for word in _plain(title).split() if not word.isdecimal() and word not in SIDES)
+    return " ".join(word for word in plain(title).split() if not word.isdecimal() and word not in SIDES)
+
+
+def is_motion(title: str) -> bool:
+    """Whether a title names a motion that x may be."""
+    return any(_says(title, motion) for motion in MOTIONS)
 
 
 def _says(title: str, motion: str) -> bool:
-    plain = f" {_plain(title)} "
-    says = any(f" {word} " in plain for word in (_plain(motion), *_WORDS.get(motion, ())))
-    words = plain.split()
+    words = plain(title).split()
+    says = any(f" {word} " in f" {plain(title)} " for word in (plain(motion), *_WORDS.get(motion, ())))
     ends = any(word.endswith(_ENDINGS.get(motion, ("\n",))) for word in words)
-    return (says or ends) and not _is_load(title)
+    return (says or ends) and not is_load(title)
 
 
 def _said(table: TextTable, x: int, motions: Sequence[str], notes: list[str]) -> str:
     """The motion that the name of x says: that name itself, or one that its words stand for."""
     title = table.titles[x]
-    own = [motion for motion in motions if _plain(title) == _plain(motion)]
+    own = [motion for motion in motions if plain(title) == plain(motion)]
     motion = own[0] if own else next((motion for motion in MOTIONS if _says(title, motion)), None)
     if not table.has_titles:
         motion = "opening"

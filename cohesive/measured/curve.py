@@ -39,6 +39,7 @@ class Measured:
     x_offset : what was taken off its gauge, mm
     noisy : x and y of every row, whose x runs back with noise; None if it does not
     content : the file as it was read
+    dimensions : what the file says of its specimen, mm and kg by the keys of `evaluate`; nobody has taken it
     """
 
     name: str
@@ -54,6 +55,7 @@ class Measured:
     x_offset: float = 0.0
     noisy: tuple[Array, Array] | None = field(default=None, repr=False)
     content: bytes = field(default=b"", repr=False)
+    dimensions: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def from_curve(cls, x: Array, y: Array, name: str = "measured", against: str = "") -> Measured:

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SceneError
 from .curve import Measured
-from .standards import STANDARDS, Beam, Quantity, en_14651, energy_with_tail, modulus
+from .standards import STANDARDS, Beam, Quantity, energy_with_tail, modulus, residual_strengths
 
 #: quantities of a beam by their keys, with what is asked for if one is missing
 _ASKED = {
@@ -72,7 +72,7 @@ def evaluate(measured: Measured, standard: str, values: Mapping[str, Any]) -> Ev
     """
     if standard not in STANDARDS:
         raise SceneError.at("standard", f" = {standard!r}: expected one of {', '.join(STANDARDS)}")
-    beam = beam_of(values)
+    beam = beam_of(values, measured.dimensions)
     function, wanted = STANDARDS[standard]
     x, y, remarks = _as_wanted(measured.without_doubt(), standard, wanted)
     quantities = function(beam, x, y)
@@ -81,12 +81,14 @@ def evaluate(measured: Measured, standard: str, values: Mapping[str, Any]) -> Ev
     return Evaluation(standard, measured.name, quantities, (*measured.notes, *remarks))
 
 
-def beam_of(values: Mapping[str, Any]) -> Beam:
-    """The beam of some values by their keys."""
+def beam_of(values: Mapping[str, Any], offered: Mapping[str, float] | None = None) -> Beam:
+    """The beam of some values by their keys; what the file of its curve offers is named if it is missing, and not taken."""
     numbers = {}
     for key, what in _ASKED.items():
         if values.get(key) is None:
-            raise SceneError.at(key, f" is missing: expected {what} in mm, --set {key}=...")
+            number = (offered or {}).get(key)
+            said = "" if number is None else f"; the heading of the file says {number:g}"
+            raise SceneError.at(key, f" is missing: expected {what} in mm, --set {key}={number or '...'}{said}")
         numbers[key.split(".")[1]] = _number(values, key, 0.0)
     if not numbers["notch"] < numbers["depth"]:
         raise SceneError.at("specimen.notch", f" = {numbers['notch']:g}: expected less than the depth")
@@ -132,6 +134,6 @@ def without_mass(measured: Measured, specimen: Mapping[str, Any]) -> Evaluation 
     x, y, is_opening = measured.x, measured.y, measured.against not in _DEFLECTIONS
     quantities = energy_with_tail(beam, x, y, 0.75 if is_opening else 1.0)
     if is_opening:
-        quantities += en_14651(beam, x, y)
+        quantities += residual_strengths(beam, x, y)
     quantities.append(modulus(beam, x, y, is_opening))
     return Evaluation("without a model", measured.name, [each for each in quantities if each.value is not None])

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from .noise import deviation_of, outside_of, unloadings
-from .text_table import TableError
+from .fields import TableError
 
 #: a gauge that begins further from 0 than this part of its way to the largest load, under less than that part of it, was not
 #: set to zero; from the smaller part on it is said

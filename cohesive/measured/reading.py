@@ -10,10 +10,13 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ParameterError, SceneError
+from .blocks import one_block
 from .columns import MOTIONS, Choice, choose
 from .curve import Measured
+from .fields import TableError
+from .heading import dimensions_in
 from .loading import Corrections, loading
-from .text_table import TableError, TextTable, read_table
+from .text_table import TextTable, read_tables
 from .units import FORCES, LENGTHS, factor_in, factor_of
 
 #: largest measured load over the area of the crack, MPa, and motion at it over the root of that area, of any concrete
@@ -31,12 +34,14 @@ _UNLOADED = 0.1
 
 def read_measured(
     path: str | Path,
-    x: str | int | None = None,
+    x: str | int | Sequence[str | int] | None = None,
     y: str | int | Sequence[str | int] | None = None,
     x_unit: str | None = None,
     y_unit: str | None = None,
     against: str | None = None,
     *,
+    block: str | int | None = None,
+    sheet: str | int | None = None,
     motions: Sequence[str] = MOTIONS,
     crack_area: float | None = None,
     x_offset: float | None = None,
@@ -46,20 +51,24 @@ def read_measured(
     toe: Sequence[float] | None = None,
     smooth: int | None = None,
 ) -> Measured:
-    """A measured curve, or a band, from a table of text.
+    """A measured curve, or a band, from a table of text or a sheet of a workbook (with openpyxl, the optional extra `excel`).
 
     Separator, decimal sign, encoding, lines before the data and units are found from the file. A column whose heading names
     quantity and unit comes before one that does not; a constant column is none; load_min and load_max are a band; the mean of
-    two gauges of one quantity counts. Pre-loads before the test, unloading in it and after it are left out; what runs back
-    with noise is kept. What was taken, and what else there was, is said in `Measured.notes`.
+    two gauges of one quantity counts. Thousands may be set apart, rows without a value are left out, headings repeated within
+    one test are passed over. Pre-loads before the test, unloading in it and after it are left out; what runs back with noise
+    is kept. What was taken, and what else there was, is said in `Measured.notes`; dimensions that the lines above the table name
+    stand in `Measured.dimensions`, and are not used.
 
     Parameters
     ----------
     path : the file
-    x, y : name or number (the first is 1) of the column with the motion, and with the load; for y also two, the bounds of a
-        band. Default: from the headings
+    x, y : name or number (the first is 1) of the column with the motion, and with the load; for x also several gauges, of
+        which the mean counts, for y also two, the bounds of a band. Default: from the headings
     x_unit, y_unit : as "um", "kN", "10^-3 mm"; a minus before it turns the sign. Default: from the headings, else mm and N
     against : what x is, as "cmod". Default: what its heading says
+    block : name or number of the specimen, if the file holds several, one below the other or side by side
+    sheet : name or number of the sheet of a workbook. Default: the only one with a table
     motions : what x may be
     crack_area : mm^2, with which loads without a unit are judged: a thousandth of a concrete's strength is asked about
     x_offset, y_offset : what gauge (mm) and load cell (N) show before the test, which is taken off. Default: of a gauge that
@@ -85,15 +94,20 @@ def read_measured(
     """
     path = Path(path)
     try:
-        table, content = read_table(path)
+        texts, content = read_tables(path)
+        table, said = one_block(texts, sheet, block)
         choice = choose(table, x, y, against, motions)
         given = Corrections(x_offset, y_offset, rows, from_load, toe, smooth)
-        return _measured(path, table, choice, (x_unit, y_unit), crack_area, content, given)
+        measured = _measured(path, table, choice, (x_unit, y_unit), crack_area, content, given)
     except (TableError, ParameterError) as error:
         raise SceneError.at("reference.file", f" = {path.name!r}: {error}") from None
     except OSError as error:
         reason = f"cannot be read: {error.strerror or error}"
         raise SceneError.at("reference.file", f" = {path.name!r}: {reason}") from None
+    dimensions = dimensions_in(table.above, table.dialect)
+    offered = ", ".join(f"{key.removeprefix('specimen.')} {value:.6g}" for key, value in dimensions.items())
+    said += [f"its heading says {offered} (mm, kg); nothing of it is taken"] if offered else []
+    return replace(measured, notes=(*said, *measured.notes), dimensions=dimensions)
 
 
 def _measured(
@@ -107,7 +121,8 @@ def _measured(
 ) -> Measured:
     x_units = [_unit(table, column, given[0], LENGTHS, "x") for column in choice.x]
     y_units = [_unit(table, column, given[1], FORCES, "y") for column in choice.y]
-    values = table.values([*choice.x, *choice.y]) * [factor for _, factor in (*x_units, *y_units)]
+    table, values, lost = table.without_lost([*choice.x, *choice.y])
+    values = values * [factor for _, factor in (*x_units, *y_units)]
     gauges, loads = np.split(values, [len(choice.x)], axis=1)
     travels = np.ptp(gauges, axis=0)
     if travels.min() < _DEAD * travels.max():
@@ -125,7 +140,7 @@ def _measured(
         curve = Measured.from_curve(test.x, test.loads[:, 0], path.name, choice.against)
     curve = replace(curve, x_unit=x_units[0][0], y_unit=y_units[0][0], x_offset=test.x_offset, content=content)
     doubt = _sign(curve) or _scale(curve, crack_area) or _start(curve)
-    return replace(curve, notes=(*choice.notes, *test.notes, *([doubt] if doubt else [])), doubt=doubt)
+    return replace(curve, notes=(*choice.notes, *lost, *test.notes, *([doubt] if doubt else [])), doubt=doubt)
 
 
 def _unit(table: TextTable, column: int, given: str | None, known: dict[str, float], key: str) -> tuple[str, float]:

@@ -10,6 +10,9 @@ opening up to the opening CMODc at rupture, the span S, the length L and the mas
 EN 14651:2005+A1:2007: f_ct,L and f_R,j = 3 F l/(2 b hsp^2), with the largest load up to an opening of .05 mm, and the loads
 at .5, 1.5, 2.5 and 3.5 mm; deflection = .85 CMOD + .04 mm.
 
+fib Model Code 2010, 5.6.4, linear model: f_Fts = .45 f_R1 (5.6-5), f_Ftu = f_Fts - w_u/CMOD3 (f_Fts - .5 f_R3 + .2 f_R1) >= 0
+(5.6-6) with CMOD3 = 2.5 mm, here for w_u = CMOD3: f_Ftu = .5 f_R3 - .2 f_R1.
+
 Elices, Guinea, Planas, Mater. Struct. 25 (1992) 212 and 327; Guinea, Planas, Elices, ibid. 305: far in the tail load and
 weight turn the two halves about a hinge, so that P - P_R = A (1/u^2 - 1/u_R^2) with the last load P_R at u_R, and the work of
 fracture is the area above P_R, and 2 A/u_R. It needs no mass, and counts what was not measured.
@@ -116,6 +119,12 @@ def jci_s_001(beam: Beam, x: Array, y: Array) -> list[Quantity]:
 
 
 def en_14651(beam: Beam, x: Array, y: Array) -> list[Quantity]:
+    """Limit of proportionality and residual strengths, and what Model Code 2010 takes from these."""
+    quantities = residual_strengths(beam, x, y)
+    return [*quantities, *model_code(quantities[1].value, quantities[3].value)]
+
+
+def residual_strengths(beam: Beam, x: Array, y: Array) -> list[Quantity]:
     """Limit of proportionality and residual strengths from load over crack mouth opening."""
     factor = 3.0 * beam.span / (2.0 * beam.thickness * (beam.depth - beam.notch) ** 2)
     first = float(np.max(np.interp(np.r_[x[x <= _FIRST], _FIRST], x, y)))
@@ -128,6 +137,16 @@ def en_14651(beam: Beam, x: Array, y: Array) -> list[Quantity]:
         remark = f"at {opening:g} mm" + ("" if load is not None else f": the curve ends at {float(x[-1]):.3g} mm")
         quantities.append(Quantity(f"fR{j}", None if load is None else factor * load, "MPa", remark))
     return quantities
+
+
+def model_code(fR1: float | None, fR3: float | None) -> list[Quantity]:
+    """Strengths of the linear softening of fibre concrete from residual strengths, MPa."""
+    service = None if fR1 is None else 0.45 * fR1
+    ultimate = None if fR1 is None or fR3 is None else max(0.5 * fR3 - 0.2 * fR1, 0.0)
+    return [
+        Quantity("fFts", service, "MPa", "Model Code 2010 (5.6-5), .45 fR1"),
+        Quantity("fFtu", ultimate, "MPa", "Model Code 2010 (5.6-6) at w_u = 2.5 mm, .5 fR3 - .2 fR1"),
+    ]
 
 
 def energy_with_tail(beam: Beam, x: Array, y: Array, factor: float) -> list[Quantity]:

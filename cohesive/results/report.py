@@ -94,7 +94,7 @@ def warnings(data: RunData) -> list[str]:
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    found = (_ripples(data), _soft_cracks(data), _overload(data), crushing(data), _locking(data.fields))
+    found = (_holds(data), _ripples(data), _soft_cracks(data), _overload(data), crushing(data), _locking(data.fields))
     sentences += [warning for warning in found if warning]
     departure = data.facts.departure
     if departure > _DEPARTURE:
@@ -147,6 +147,14 @@ def _soft_cracks(data: RunData) -> str:
         f"warning: the interface width of {data.width:.3g} mm adds {100 * added:.3g} % to the elastic compliance of "
         f"{_measured(data)}; with interface.width up to {enough:.3g} it is below {100 * _ADDED:g} %"
     )
+
+
+def _holds(data: RunData) -> str:
+    """A warning if a stage has a target twice in a row, as if it held it; empty if none has."""
+    for i, stage in enumerate(data.scene.stages):
+        if stage.unload is None and (np.diff(stage.targets) == 0).any():
+            return f"warning: stage.{i}.to repeats a target, which takes no step: time is not modelled, nothing is held"
+    return ""
 
 
 def _locking(fields: Fields) -> str:

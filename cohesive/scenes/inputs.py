@@ -49,6 +49,10 @@ _LARGEST = 1e100
 
 _KINDS = {float: "a finite number", int: "a whole number", str: "a string", bool: "true or false"}
 
+#: keys with which a user asks for time, and what is said of them
+_OF_TIME = {"hold", "creep", "relaxation", "shrinkage", "viscosity", "time", "duration", "rate", "speed", "pause", "wait"}
+_NO_TIME = "time is not modelled: no creep, relaxation or rate of loading"
+
 #: keys of earlier versions, and what takes their place
 _RENAMED = {
     "solver.reduction": "solver.condensation = 'auto', 'always', 'never' or 'petsc'",
@@ -324,7 +328,8 @@ def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:
     for name, value in table.items():
         allowed = alternatives(hints[known[name].name])
         if not any(is_a(value, kind) for kind in allowed):
-            raise refuse(f"{prefix}.{name}", value, " or ".join(_KINDS[kind] for kind in allowed if kind in _KINDS))
+            kinds = " or ".join(_KINDS[kind] for kind in allowed if kind in _KINDS)
+            raise refuse(f"{prefix}.{name}", value, f"{kinds}; {_NO_TIME}" if name in _OF_TIME else kinds)
     try:
         return cls(**{known[name].name: value for name, value in table.items()})
     except (MeshError, ParameterError) as error:
@@ -369,7 +374,8 @@ def check_known(prefix: str, table: Mapping[str, Any], names: Iterable[str]) -> 
         if old in _RENAMED:
             raise SceneError.at(f"{prefix}{key}", f": this key is gone; expected {_RENAMED[old]}")
         near = "" if prefix else table_hint(key)
-        raise SceneError.at(f"{prefix}{key}", f": unknown key{near or hint(key, names)}; expected one of {', '.join(names)}")
+        why = f", {_NO_TIME}" if str(key).lower() in _OF_TIME else near or hint(key, names)
+        raise SceneError.at(f"{prefix}{key}", f": unknown key{why}; expected one of {', '.join(names)}")
 
 
 def table_hint(key: str) -> str:

@@ -48,6 +48,8 @@ def read_with(
         options.x_unit,
         options.y_unit,
         against,
+        block=options.block,
+        sheet=options.sheet,
         motions=motions,
         crack_area=crack_area,
         x_offset=offset,

@@ -144,13 +144,17 @@ class ReferenceOptions(Table):
     """[reference]: measured curves."""
 
     file: str | list[str] = key(
-        "text table of a measured curve, or a list of them; any separator, decimal sign, encoding and number of lines before "
-        "the data; units from the heading; relative to the scene file"
+        "table of a measured curve, as text or xlsx (extra excel), or a list of them; any separator, decimal sign, encoding "
+        "and number of lines before the data; units from the heading; relative to the scene file"
     )
     label: str = key("its name in the legend", "measured")
-    x: str | int | None = key(
-        "name or number of the column with the motion; default: CMOD, else an opening, a deflection, a displacement, one that "
-        "names its unit first; the mean of two gauges of one quantity",
+    block: str | int | None = key(
+        "name or number of the specimen in a file that holds several, one below the other or side by side", None
+    )
+    sheet: str | int | None = key("name or number of the sheet of a workbook; default: the only one with a table", None)
+    x: str | int | list[str | int] | None = key(
+        "name or number of the column with the motion, or a list of gauges of which the mean counts; default: CMOD, else an "
+        "opening, a deflection, a displacement, one that names its unit first; the mean of two gauges of one quantity",
         None,
     )
     y: str | int | list[str | int] | None = key(
@@ -193,9 +197,10 @@ class ReferenceOptions(Table):
             raise ParameterError.at("toe", f" = {self.toe!r}: x_offset = {self.x_offset!r} says it, too; expected one of them")
         if not files or not all(isinstance(name, str) for name in files) or len(set(files)) < len(files):
             raise ParameterError.at("file", f" = {self.file!r}: expected a file or a list of different files")
-        columns = self.y if isinstance(self.y, list) else [self.y]
-        if not all(isinstance(name, (str, int, type(None))) and not isinstance(name, bool) for name in columns):
-            raise ParameterError.at("y", f" = {self.y!r}: expected the name or number of a column, or a list of two")
+        for name, given, what in (("x", self.x, "of gauges"), ("y", self.y, "of two")):
+            columns = given if isinstance(given, list) else [given]
+            if not columns or any(isinstance(each, bool) or not isinstance(each, (str, int, type(None))) for each in columns):
+                raise ParameterError.at(name, f" = {given!r}: expected the name or number of a column, or a list {what}")
         if isinstance(self.y, list) and (len(self.y) != 2 or None in self.y):
             raise ParameterError.at("y", f" = {self.y!r}: expected a list of two columns, lower and upper bound")
         for name, known in (("x_unit", LENGTHS), ("y_unit", FORCES)):
@@ -218,6 +223,10 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e100
 
 
+#: formats of figures beside PNG
+FORMATS = ("pdf", "svg")
+
+
 @dataclass(frozen=True)
 class OutputOptions(Table):
     """[output]"""
@@ -230,3 +239,21 @@ class OutputOptions(Table):
         "Default: load over what was measured, else over the gauge that a stage controls, else over the opening",
         None,
     )
+    formats: list[str] = key("formats of the figures beside PNG: 'pdf', 'svg'", ())
+    figure_size: list[float] | None = key("width and height of the figures of curves, mm; default: by figure", None)
+    dpi: int | None = key("pixels to the inch of the figures as PNG; default: by figure", None, at_least=30, at_most=1200)
+    force_unit: str = key("unit of forces in the figures of curves", "N", one_of=("N", "kN"))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.formats, (list, tuple)) or any(name not in FORMATS for name in self.formats):
+            raise ParameterError.at(
+                "formats", f" = {self.formats!r}: expected a list of some of {', '.join(map(repr, FORMATS))}"
+            )
+        size = self.figure_size
+        if size is not None and not (
+            isinstance(size, list)
+            and len(size) == 2
+            and all(isinstance(side, (int, float)) and not isinstance(side, bool) and 20 <= side <= 1000 for side in size)
+        ):
+            raise ParameterError.at("figure_size", f" = {size!r}: expected width and height, 20 to 1000 mm")

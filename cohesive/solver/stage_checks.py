@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import SceneError
 from .controls import control_of
 from .loading import Loading
@@ -87,9 +88,15 @@ def _check_first_control(first: Stage, problem: Problem) -> None:
     if not control.is_motion or (row := control.equation(problem, 0.0, start, start).row) is problem.drive:
         return
     elastic = problem.response(problem.point_law.elastic())
-    if abs(row @ elastic) <= 1e-9 * abs(row).sum() * abs(elastic).max():
+
+    def responds(row: Array) -> bool:
+        return bool(abs(row @ elastic) > 1e-9 * abs(row).sum() * abs(elastic).max())
+
+    if not responds(row):
+        others = [name for name, other in problem.measures.items() if name != first.control and responds(other)]
+        instead = " or ".join(repr(name) for name in [*others, "driven"])
         raise SceneError.at(
             "stage.0.control",
-            f" = '{first.control}': the drive does not change it while the body is elastic; expected a "
-            "gauge for the specimen (without one the mean jump over the crack is measured), or another control",
+            f" = '{first.control}': the drive does not change it while the body is elastic; expected {instead}, or a "
+            "gauge for the specimen (without one the mean jump over the crack is measured)",
         )

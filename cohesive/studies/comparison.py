@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..outcome.result import Result
-from ..results.files import make_folder, write_file, write_table
+from ..results.files import make_folder, write_table
 from .curves import Pair, curve_of
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class Comparison:
         SceneError
             If the folder cannot be written.
         """
-        from ..figures.drawing import save  # with matplotlib
+        from ..figures.drawing import save, write_figure  # with matplotlib
 
         folder = Path(folder)
         make_folder(folder)
@@ -141,7 +141,8 @@ class Comparison:
         names = (*MODELS, "relative_difference")
         rows = ([name, UNITS.get(name, "mm"), *(f"{row[each]:.9g}" for each in names)] for name, row in self.table.items())
         write_table(folder / "comparison.csv", ["quantity", "unit", *names], rows)
-        write_file(folder / "comparison.png", lambda path: save(self.plot(), path))
+        output = next(iter(self.runs.values())).scene.output
+        write_figure(folder / "comparison.png", lambda path: save(self.plot(), path, output), output)
 
 
 def _row(values: dict[str, float]) -> dict[str, float]:

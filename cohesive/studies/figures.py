@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..arrays import Array
-from ..figures.drawing import abscissa, draw_reference, new_figure, plain_legend, set_title
+from ..figures.drawing import abscissa, draw_reference, force_text, new_figure, plain_legend, set_force_label, set_title
 
 if TYPE_CHECKING:
     from ..results.run_data import RunData
@@ -34,21 +34,23 @@ def comparison_figure(
     travelled : what that is
     """
     discrete = runs["discrete"]
-    figure = new_figure(11.0 if profiles else 6.4, 5.6)
+    output = discrete.scene.output
+    figure = new_figure(11.0 if profiles else 6.4, 5.6, output)
     widths = [1.15, 1.0] if profiles else [1.0]
     grid = figure.add_gridspec(2, len(widths), height_ratios=[2.4, 1.0], width_ratios=widths)
     top, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
     draw_reference(top, discrete, measure)
     for (label, result), style in zip(runs.items(), ("C0-", "C1--"), strict=True):
         what, x, load = abscissa(result, measure)
-        top.plot(x, load, style, label=f"{label}, peak {result.peak_load:.5g} N")
+        top.plot(x, load, style, label=f"{label}, peak {force_text(result.peak_load, output.force_unit)}")
     top.axhline(0.0, color="0.5", linewidth=0.6)
-    top.set(xlabel=f"{what} (mm)", ylabel="load (N)")
+    top.set_xlabel(f"{what} (mm)")
+    set_force_label(top, "load", output.force_unit)
     plain_legend(top, top)
     below.plot(*difference, color="C3", linewidth=1.0)
     below.axhline(0.0, color="0.5", linewidth=0.6)
-    below.set(xlabel=f"{travelled} (mm)")
-    below.set(ylabel="smeared - discrete (N)")
+    below.set_xlabel(f"{travelled} (mm)")
+    set_force_label(below, "smeared - discrete", output.force_unit)
     if profiles:
         _draw_profiles(figure.add_subplot(grid[:, 1]), profiles)
     set_title(figure, discrete.scene.title)

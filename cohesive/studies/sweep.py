@@ -18,7 +18,7 @@ from ..algebra.threads import cores
 from ..errors import Interrupted, NotConverged, SceneError
 from ..model.prepared import Prepared, is_kept, prepare
 from ..outcome.result import Result
-from ..results.files import make_folder, write_file, write_table, write_text
+from ..results.files import make_folder, write_table, write_text
 from ..scenes.reference import load_reference
 from ..scenes.scene import Scene
 from ..simulation import run
@@ -123,7 +123,7 @@ class Sweep:
         drawn = [
             (each.values, each.result, each.is_done) for each in self.runs if each.result is not None and each.result.steps
         ]
-        return sweep_figure(self.scene.title, self.vary, self.measure, drawn)
+        return sweep_figure(self.scene, self.vary, self.measure, drawn)
 
     def save(self, folder: str | Path) -> None:
         """Write sweep.csv, sweep.txt and, if a run began, sweep.png; SceneError if the folder cannot be written."""
@@ -133,9 +133,10 @@ class Sweep:
         write_table(folder / "sweep.csv", ["run", *table], rows)
         write_text(folder / "sweep.txt", self.summary() + "\n")
         if any(result is not None and result.steps for result in self.results):
-            from ..figures.drawing import save  # with matplotlib
+            from ..figures.drawing import save, write_figure  # with matplotlib
 
-            write_file(folder / "sweep.png", partial(save, self.plot(), dpi=150))
+            output = self.scene.output
+            write_figure(folder / "sweep.png", partial(save, self.plot(), output=output, dpi=150), output)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ..figures.drawing import abscissa, draw_reference, new_figure, set_title
+from ..figures.drawing import abscissa, draw_reference, new_figure, set_force_label, set_title
 from ..results.run_data import RunData
+from ..scenes.keys import scene_keys
+from ..scenes.scene import Scene
 
 #: more values than these have a bar of colours in place of a legend
 _MOST_IN_LEGEND = 8
@@ -23,17 +25,18 @@ _STYLES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
 
 
 def sweep_figure(
-    title: str, vary: Mapping[str, Sequence[Any]], measure: str, drawn: Sequence[tuple[dict[str, Any], RunData, bool]]
+    scene: Scene, vary: Mapping[str, Sequence[Any]], measure: str, drawn: Sequence[tuple[dict[str, Any], RunData, bool]]
 ) -> Figure:
     """Load over the measure in charge of all runs; a cross ends one that stopped.
 
     Parameters
     ----------
+    scene : whose keys vary
     vary : values by key
     measure : a column of all histories, mm
     drawn : for each run its own values by key, its data, and whether it came to its end
     """
-    figure = new_figure(8.0, 5.2)
+    figure = new_figure(8.0, 5.2, scene.output)
     axes = figure.add_subplot()
     draw_reference(axes, drawn[0][1], measure)
     keys = list(vary)
@@ -47,16 +50,18 @@ def sweep_figure(
         if not is_done:
             axes.plot(x[-1:], load[-1:], "x", color=shade)
     axes.axhline(0.0, color="0.5", linewidth=0.6)
-    axes.set(xlabel=f"{what} (mm)", ylabel="load (N)")
-    set_title(figure, title)
+    axes.set_xlabel(f"{what} (mm)")
+    set_force_label(axes, "load", scene.output.force_unit)
+    set_title(figure, scene.title)
+    units = {f"{key.table}.{key.name}": key.unit for key in scene_keys(scene.given("specimen").get("kind"))}
     entries = [*axes.get_legend_handles_labels()[0]]
     if colour.has_bar:
-        figure.colorbar(colour.bar(), ax=axes, label=keys[0])
+        figure.colorbar(colour.bar(), ax=axes, label=f"{keys[0]} ({units[keys[0]]})" if units.get(keys[0]) else keys[0])
     else:
-        entries += [Line2D([], [], color=colour.of(i), label=_label(keys[0], v)) for i, v in enumerate(vary[keys[0]])]
+        entries += [Line2D([], [], color=colour.of(i), label=_label(keys[0], v, units)) for i, v in enumerate(vary[keys[0]])]
     for key in keys[1:2]:
         styled = enumerate(vary[key][: len(_STYLES)])
-        entries += [Line2D([], [], color="0.3", linestyle=_STYLES[i], label=_label(key, value)) for i, value in styled]
+        entries += [Line2D([], [], color="0.3", linestyle=_STYLES[i], label=_label(key, value, units)) for i, value in styled]
     if not all(is_done for _, _, is_done in drawn):
         entries.append(Line2D([], [], color="0.3", linestyle="", marker="x", label="stopped"))
     if entries:
@@ -84,6 +89,6 @@ class _Colours:
         return ScalarMappable(self._scale, ListedColormap(self._map(np.linspace(0.0, 0.92, 256))))
 
 
-def _label(key: str, value: Any) -> str:
+def _label(key: str, value: Any, units: Mapping[str, str]) -> str:
     text = f"{value:.5g}" if isinstance(value, float) else str(value)
-    return f"{key} = {text}"
+    return f"{key} = {text} {units.get(key, '')}".rstrip()

@@ -19,14 +19,19 @@ from .registry import register_specimen
 class WedgeSplitting(PlaneSpecimen):
     """A block with a groove in its upper face and a notch below it, which a wedge between two rollers splits.
 
-    Bruehwiler and Wittmann (1990), Eng. Fract. Mech. 35, 117-125. Each roller presses on its side of the groove at a right
-    angle to the wedge's face, without friction: outwards with the splitting force, which is the load, and downwards with half
-    of the column `vertical_force` = 2 tan(wedge_angle) times the load. Two rollers carry the block. `driven` is what the load
-    does its work on: the parting of the rollers plus tan(wedge_angle) times what both go down.
+    Bruehwiler and Wittmann (1990), Eng. Fract. Mech. 35, 117-125. Each roller presses on its side of the groove, outwards with
+    the splitting force F_sp and downwards with half of the vertical force F_v of the machine on the wedge,
+
+        F_v = 2 F_sp tan(a + phi),    tan phi = `friction`,
+
+    from the balance of the wedge with the force N normal to each face, which is at an angle a to the vertical, and the
+    friction N tan phi along it. `load` is F_sp, or F_v, as the key says, and the other one a column, `vertical_force` or
+    `splitting_force`. Two rollers carry the block. `driven` is what the load does its work on: for F_sp the parting of the
+    rollers plus tan(a + phi) times what both go down.
 
     Origin at the middle of the lower face; y upwards. Point sets: `roller_left`, `roller_right`, `support_left`,
-    `support_right`, `gauge_plus` and `gauge_minus` (the upper edges of the groove), `mouth`, `tip`. The main gauge measures
-    the opening between the edges of the groove, `cmod` that of the notch at its mouth, `ctod` that at its tip.
+    `support_right`, `gauge_plus` and `gauge_minus` (on the sides of the groove), `mouth`, `tip`. The main gauge measures the
+    opening between the sides of the groove, `cmod` that of the notch at its mouth, `ctod` that at its tip.
     """
 
     width: float = key("width of the block", unit="mm", above=0)
@@ -38,6 +43,12 @@ class WedgeSplitting(PlaneSpecimen):
     roller_depth: float = key("depth of the rollers below the upper face", unit="mm", above=0)
     support_span: float = key("distance between the two supports", unit="mm", above=0)
     wedge_angle: float = key("between a face of the wedge and the vertical", 15.0, unit="degrees", at_least=0, below=60)
+    friction: float = key("coefficient of friction of the rollers on the wedge", 0.0, at_least=0, below=1)
+    load: str = key(
+        "what is called load: the horizontal force on a roller, or the vertical one on the wedge",
+        "splitting", one_of=("splitting", "vertical"),
+    )  # fmt: skip
+    gauge_depth: float = key("depth of the gauge below the upper face", 0.0, unit="mm", at_least=0)
     notch_width: float = key("width of the notch; 0: a slit without width", 0.0, unit="mm", at_least=0)
     crack: Any = key("polyline (or list of polylines) of the crack; default: from the notch tip straight down", None)
 
@@ -49,7 +60,16 @@ class WedgeSplitting(PlaneSpecimen):
         expect(self, "groove_depth", room > 0, f"less than height = {self.height:g}")
         expect(self, "notch", self.notch < room, f"less than height - groove_depth = {room:g}")
         expect(self, "roller_depth", self.roller_depth < self.groove_depth, f"less than groove_depth = {self.groove_depth:g}")
+        expect(self, "gauge_depth", self.gauge_depth < self.groove_depth, f"less than groove_depth = {self.groove_depth:g}")
+        steep = self._slope > 0 or self.load == "splitting"
+        expect(self, "wedge_angle", steep, "above 0, or friction, if load = 'vertical'")
+        expect(self, "wedge_angle", self._slope < math.pi / 2, "less than 90 degrees with the friction")
         expect(self, "support_span", self.support_span < self.width, f"less than width = {self.width:g}")
+
+    @property
+    def _slope(self) -> float:
+        """Angle of the force on a roller to the horizontal, a + phi."""
+        return math.radians(self.wedge_angle) + math.atan(self.friction)
 
     @property
     def _tip(self) -> Point:
@@ -74,11 +94,12 @@ class WedgeSplitting(PlaneSpecimen):
     def outline(self, half: bool = False) -> Outline:
         """The geometry, of the right half if so wanted."""
         a, h, g, w = self.width / 2, self.height, self.groove_width / 2, self.notch_width / 2
-        floor, tip, roller = h - self.groove_depth, self._tip, h - self.roller_depth
+        floor, tip, roller, gauge = h - self.groove_depth, self._tip, h - self.roller_depth, h - self.gauge_depth
         points: dict[str, Sequence[Point]] = {
             "roller_right": [(g, roller)], "roller_left": [(-g, roller)],
             "support_right": [(self.support_span / 2, 0.0)], "support_left": [(-self.support_span / 2, 0.0)],
-            "gauge_plus": [(g, h)], "gauge_minus": [(-g, h)], "mouth": [(w, floor), (-w, floor)] if w else [(0.0, floor)],
+            "gauge_plus": [(g, gauge)], "gauge_minus": [(-g, gauge)],
+            "mouth": [(w, floor), (-w, floor)] if w else [(0.0, floor)],
         }  # fmt: skip
         if self.notch_depth is not None:
             points["tip"] = self.tips
@@ -99,15 +120,17 @@ class WedgeSplitting(PlaneSpecimen):
 
     def drives(self, *, half: bool = False) -> Mapping[str, Drive]:
         """The rollers of the wedge, outwards and downwards."""
-        cosine, sine = math.cos(math.radians(self.wedge_angle)), math.sin(math.radians(self.wedge_angle))
+        cosine, sine = math.cos(self._slope), math.sin(self._slope)
+        share = cosine if self.load == "splitting" else 2.0 * sine
         if half:
-            return {"wedge": Drive("roller_right", (cosine, -sine), share=0.5 * cosine)}
-        both = Drive("roller_right", (cosine, -sine), share=cosine, against="roller_left", against_direction=(cosine, sine))
+            return {"wedge": Drive("roller_right", (cosine, -sine), share=0.5 * share)}
+        both = Drive("roller_right", (cosine, -sine), share=share, against="roller_left", against_direction=(cosine, sine))
         return {"wedge": both}
 
     def forces(self) -> Mapping[str, float]:
-        """The force on the wedge over the splitting force."""
-        return {"vertical_force": 2.0 * math.tan(math.radians(self.wedge_angle))}
+        """The force that is not the load, over the load."""
+        vertical = 2.0 * math.tan(self._slope)
+        return {"vertical_force": vertical} if self.load == "splitting" else {"splitting_force": 1.0 / vertical}
 
     def gauges(self, *, half: bool = False) -> Mapping[str, Gauge]:
         """The horizontal openings."""

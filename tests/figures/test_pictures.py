@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import methodcaller
 from pathlib import Path
 
 import matplotlib
@@ -10,9 +11,9 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from cohesive import Result, Scene, run
+from cohesive import Result, Scene, SceneError, run
 from cohesive.commands.command_line import main
-from cohesive.figures.drawing import draw_curve, fitted, new_figure, save, set_title
+from cohesive.figures.drawing import draw_curve, fitted, new_figure, save, set_title, write_figure
 from cohesive.figures.mesh import save_mesh
 from cohesive.model.marks import marks
 from cohesive.model.mesh import cracked_mesh
@@ -170,3 +171,75 @@ def test_deformed_shows_peak_and_end_side_by_side_or_above_each_other(result: Re
     save_deformed(early, tmp_path / "one.png")
     both, one = (matplotlib.image.imread(tmp_path / name).shape for name in ("both.png", "one.png"))
     assert both[0] > 1.5 * one[0]  # the peak is its last step
+
+
+def test_pictures_for_print(tmp_path: Path) -> None:
+    from cohesive.figures.pictures import write_pictures
+
+    keys = {"formats": ["svg", "pdf"], "dpi": 200, "figure_size": [120.0, 80.0], "force_unit": "kN"}
+    printed = run(block(output=keys))
+    assert write_pictures(printed, tmp_path) == []
+    for name in PICTURES:
+        assert (tmp_path / name).with_suffix(".pdf").read_bytes().startswith(b"%PDF")
+        assert "</svg>" in (tmp_path / name).with_suffix(".svg").read_text(encoding="utf-8")
+    size = matplotlib.image.imread(tmp_path / "curve.png").shape
+    assert size[:2] == pytest.approx((80.0 / 25.4 * 200, 120.0 / 25.4 * 200), abs=1.0)  # whole pixels
+    axes = new_figure(6.4, 4.4).add_subplot()
+    draw_curve(axes, printed)
+    assert axes.get_ylabel() == "load (kN)" and axes.yaxis.get_major_formatter()(1500.0) == "1.5"
+    assert f"peak {1e-3 * printed.peak_load:.5g} kN" in [text.get_text() for text in axes.get_legend().get_texts()]
+    less = printed.scene.with_(**{"output.formats": ["pdf"]}).output
+    write_figure(tmp_path / "curve.png", methodcaller("write_text", "a figure"), less)
+    assert not (tmp_path / "curve.svg").exists() and (tmp_path / "curve.pdf").read_text(encoding="utf-8") == "a figure"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [("formats", ["eps"], r"formats = \['eps'\]: expected a list of some of 'pdf', 'svg'"),
+     ("formats", 1.0, "expected a list"),
+     ("figure_size", [120.0], "width and height"),
+     ("figure_size", [1.0, 1.0], "20 to 1000 mm"), ("force_unit", "MN", "expected 'N' or 'kN'")],
+)  # fmt: skip
+def test_what_no_figure_can_be_is_refused(key: str, value: object, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        Scene(block().data | {"output": {key: value}})
+
+
+def test_what_was_measured_is_on_top(tmp_path: Path) -> None:
+    data = tmp_path / "measured.csv"
+    data.write_text("opening,load\n0,0\n0.01,900\n0.05,100\n", encoding="utf-8")
+    axes = new_figure(6.4, 4.4).add_subplot()
+    draw_curve(axes, run(block(reference={"file": str(data)})))
+    by_label = {str(line.get_label()).split(",")[0]: line.get_zorder() for line in axes.lines}
+    assert by_label["measured"] > by_label["discrete crack"]
+
+
+def test_stresses_have_one_signed_scale_and_no_checkerboard(result: Result) -> None:
+    """Both pictures are centred at 0 and end at ft at most; the stress of a cell is averaged over its nodes, so that a
+    constant one stays, and neighbours differ less."""
+    from cohesive.figures.body import draw_deformed
+
+    for row in (result.peak_row, result.steps):
+        axes = new_figure(6.4, 4.4).add_subplot()
+        draw_deformed(axes, result, row)
+        low, high = next(each for each in axes.collections if each.get_array() is not None).get_clim()
+        assert low == -high and 0 < high <= float(result.scene.material.ft)
+
+    frame = result.frame(result.peak_row)
+
+    def drawn(stresses: list[np.ndarray]) -> np.ndarray:
+        axes = new_figure(6.4, 4.4).add_subplot()
+        draw_deformed(axes, _with_frame(result, replace(frame, stress=stresses)), result.peak_row)
+        return np.asarray(next(each for each in axes.collections if each.get_array() is not None).get_array())
+
+    alike = [np.tile([1.0, 0.0, 0.0], (len(stress), 1)) for stress in frame.stress]
+    np.testing.assert_allclose(drawn(alike), 1.0, rtol=1e-12)
+    rng = np.random.default_rng(0)
+    rough = [np.array([1.0, 0.0, 0.0]) * rng.uniform(0.5, 1.5, (len(stress), 1)) for stress in frame.stress]
+    assert drawn(rough).std() < 0.6 * np.concatenate(rough)[:, 0].std()
+
+
+def _with_frame(result: Result, frame: object) -> Result:
+    changed = replace(result)
+    object.__setattr__(changed, "frame", lambda row: frame)
+    return changed

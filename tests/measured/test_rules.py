@@ -99,7 +99,8 @@ def test_bounds_come_before_their_mean(way: str, tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "two loads": (table("CMOD,Load,CMOD,Load", X, Y, X, Y), r"columns 2 \(Load\), 4 \(Load\) are all loads"),
+    "two tests": (table("CMOD,Load,CMOD,Load", X, Y, X, Y), "it holds 2 specimens, '1', '2': expected reference.block"),
+    "two loads": (table("CMOD,Load,Time,Load", X, Y, T, Y), r"columns 2 \(Load\), 4 \(Load\) are all loads"),
     "two loads, one x": (table("CMOD [mm],Load 1 [N],Load 2 [N]", X, Y, Y), r"2 \(Load 1\), 3 \(Load 2\) are all loads"),
     "load and force": (semicolons("Last;Kraft B1;Kraft B2;COD", T, Y, Y, X), "expected reference.x and reference.y = names"),
     "a constant load": (table("CMOD [mm],Load [N]", X, 0.0 * Y + 5.0), "its load is 5 N in every row"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cohesive import Scene, run
+from cohesive import Scene, SceneError, run
 from cohesive.model.build import build
 from cohesive.model.mesh import cracked_mesh
 from cohesive.model.path_size import path_size_note
@@ -136,6 +136,36 @@ def test_the_wedge() -> None:
     np.testing.assert_allclose(steep.history["vertical_force"], 2 * np.tan(np.pi / 6) * steep.history["load"], rtol=1e-12)
     assert not flat.history["vertical_force"].any()
     assert steep.energy_error < 5e-3  # 15 steps by the trapezoidal rule
+
+
+def test_the_forces_of_the_wedge() -> None:
+    """With the normal force N on a face at the angle a, and friction m N along it, F_sp = N (cos a - m sin a) and
+    F_v = 2 N (sin a + m cos a); either is the load of the same test. Friction of tan 15 degrees is as 15 degrees more."""
+    a, m = np.radians(15.0), 0.1
+    ratio = 2.0 * (np.sin(a) + m * np.cos(a)) / (np.cos(a) - m * np.sin(a))
+    scene = quick("wedge-splitting").with_(**{"specimen.friction": m})
+    splitting, vertical = (run(scene.with_(**{"specimen.load": load})) for load in ("splitting", "vertical"))
+    np.testing.assert_allclose(splitting.history["vertical_force"], ratio * splitting.history["load"], rtol=1e-12)
+    np.testing.assert_allclose(vertical.history["load"], splitting.history["vertical_force"], rtol=1e-4)  # tol of the steps
+    np.testing.assert_allclose(vertical.history["splitting_force"], splitting.history["load"], rtol=1e-4)
+    np.testing.assert_allclose(vertical.history["work"], splitting.history["work"], rtol=1e-4, atol=1e-6)
+    rough = run(quick("wedge-splitting").with_(**{"specimen.friction": float(np.tan(a))}))
+    steep = run(quick("wedge-splitting").with_(**{"specimen.wedge_angle": 30.0}))
+    np.testing.assert_allclose(rough.history["load"], steep.history["load"], rtol=1e-9)
+
+
+def test_the_gauge_of_the_wedge() -> None:
+    """At the rollers it may stand too; of an elastic body a gauge nearer to the tip opens less."""
+    scene = quick("wedge-splitting")
+    stiffness = [
+        run(scene.with_(**{"specimen.gauge_depth": depth, "stage.0.to": 1e-3, "stage.0.steps": 1})).peak_load
+        for depth in (0.0, 20.0, 39.0)
+    ]
+    assert stiffness[0] < stiffness[1] < stiffness[2]
+    with pytest.raises(SceneError, match=r"gauge_depth = 50\.0: .*less than groove_depth = 40"):
+        scene.with_(**{"specimen.gauge_depth": 50.0}).sizes  # noqa: B018
+    with pytest.raises(SceneError, match=r"wedge_angle = 0\.0: .*above 0, or friction, if load = 'vertical'"):
+        scene.with_(**{"specimen.wedge_angle": 0.0, "specimen.load": "vertical"}).sizes  # noqa: B018
 
 
 def test_the_work_to_separate_petersson_s_beam() -> None:

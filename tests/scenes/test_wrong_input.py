@@ -16,6 +16,7 @@ from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
 from cohesive.scenes.scene import built_in, dump_toml
 from meshing import MeshError
+from tests.builders import block, coarse_beam
 
 BEAM = Scene.load("notched-beam").data
 
@@ -259,3 +260,27 @@ def test_a_scene_cannot_be_changed() -> None:
             copied.title = "another"
     assert isinstance(scene.stages, tuple)
     assert scene.given("stage.0.steps") == 60 and scene.given("stage.1") is scene.given("specimen.no") is None
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("stage.0.hold", 3600),
+        ("stage.0.creep", 2.0),
+        ("material.creep", 2.0),
+        ("stage.0.rate", 0.1),
+    ],
+)
+def test_what_asks_for_time_is_told_that_there_is_none(key: str, value: object) -> None:
+    with pytest.raises(SceneError, match=f"^{key}.*time is not modelled"):
+        block().with_(**{key: value})
+
+
+def test_a_control_that_bending_does_not_change_names_those_that_it_does() -> None:
+    """A notched beam without a gauge: the controls that are named run."""
+    beam = coarse_beam("notched-beam", "stress", specimen__gauge=0.0)
+    with pytest.raises(
+        SceneError, match=r"stage.0.control = 'opening': .* expected 'deflection' or 'cmod' or 'ctod' or 'driven', or"
+    ):
+        run(beam.with_(**{"stage.0.control": "opening"}))
+    assert run(beam.with_(**{"stage.0.control": "cmod", "stage.0.to": 0.01, "stage.0.steps": 2})).steps == 2

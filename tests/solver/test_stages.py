@@ -52,7 +52,10 @@ def test_unloading_goes_as_deep_as_it_must() -> None:
 
 def test_a_target_that_is_reached_already_takes_no_step() -> None:
     stages = [{"control": "opening", "to": [0.02, 0.02], "steps": 10}, {"control": "opening", "to": 0.02, "steps": 20}]
-    assert run(block(stage=stages)).history["step"][-1] == 10
+    once = run(block(stage=stages))
+    assert once.history["step"][-1] == 10
+    assert "warning: stage.0.to repeats a target, which takes no step: time is not modelled" in once.summary()
+    assert "repeats a target" not in run(block()).summary()
     assert (
         list(run(block(stage=[*stages, {"control": "opening", "to": 0.03, "steps": 2}])).history["stage"][1:])
         == [1] * 10 + [3] * 2

@@ -31,7 +31,7 @@ EVALUATE = ["--standard", "en-14651", *SIZES]
 WRONG = {
     "two loads": table("CMOD,Load,CMOD,Load", X, Y, X, Y),
     "a unit": semicolons("CMOD;Kraft", X, Y, units="mm;xx"),
-    "thousands": "CMOD [mm];Kraft [N]\n0,00;0,0\n0,01;912,5\n0,02;1.075,0\n",
+    "thousands or decimals": "CMOD [um];Kraft [N]\n0;0\n10;912\n20;1.075\n",
     "blocks": "Time Load CMOD\ns kN mm\n0 0.1 0.01\n1 0.2 0.02\nBlock 2\n2 0.3 0.03\n",
     "stacked": "CMOD;Kraft\n0,1;0,2\n0,2;0,4\nProbe;B2\nCMOD;Kraft\n0,1;0,2\n",
     "lost": "CMOD;Kraft\n0,1;0,2\n0,2;---\n0,3;0,5\n",
