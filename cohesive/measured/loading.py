@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from .noise import deviation_of, outside_of, unloadings
 from .fields import TableError
+from .noise import deviation_of, outside_of, unloadings
 
 #: a gauge that begins further from 0 than this part of its way to the largest load, under less than that part of it, was not
 #: set to zero; from the smaller part on it is said

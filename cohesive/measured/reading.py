@@ -57,8 +57,8 @@ def read_measured(
     quantity and unit comes before one that does not; a constant column is none; load_min and load_max are a band; the mean of
     two gauges of one quantity counts. Thousands may be set apart, rows without a value are left out, headings repeated within
     one test are passed over. Pre-loads before the test, unloading in it and after it are left out; what runs back with noise
-    is kept. What was taken, and what else there was, is said in `Measured.notes`; dimensions that the lines above the table name
-    stand in `Measured.dimensions`, and are not used.
+    is kept. What was taken, and what else there was, is said in `Measured.notes`; dimensions that the lines above the table
+    name stand in `Measured.dimensions`, and are not used.
 
     Parameters
     ----------
