@@ -65,8 +65,8 @@ def boundary(setup: Setup, mesh: CrackedMesh, half: bool) -> Boundary:
         motions += own
         later += [drive.spring, *(0.0 for _ in own[1:])]
     mirror = None
-    if setup.normal is not None and mesh.crack is not None:
-        mirror = Constraint("crack", np.unique(mesh.crack.data), setup.normal)
+    if setup.normal is not None and mesh.faces is not None:
+        mirror = Constraint("crack", np.unique(mesh.faces.data), setup.normal)
     none = np.zeros(len(motions))
     springs = (np.append(none, acting), np.append(later, np.zeros(len(yielding))))
     return Boundary(supports, [*motions, *yielding], mirror, drives, *springs)

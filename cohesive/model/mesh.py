@@ -82,11 +82,17 @@ class CrackedMesh:
 
     @property
     def representative(self) -> Index:
-        """For the copies of a node on the crack the one of them that names the group, for every other node itself, (m,)."""
+        """For the copies of a node on the crack the one of them that names the group, for every other node itself, (m,); the
+        faces of a band are no copies of each other, but for those that mirror the ones of a half."""
         nodes = np.arange(len(self.points))
-        if self.crack is None:
+        if self.crack is not None:
+            on_crack = np.isin(self.original, self.original[self.crack.data])
+        elif self.is_row:
+            on_crack = np.isin(nodes, self.band[0].data)
+            for block in self.bulk:
+                on_crack[block.data] = False
+        else:
             return nodes
-        on_crack = np.isin(self.original, self.original[self.crack.data])
         return np.where(on_crack, self.original, nodes)
 
     @property
@@ -132,5 +138,5 @@ def cracked_mesh(scene: Scene) -> CrackedMesh:
         mesh = specimen.mesh_body(sizes, dimension=dimension)  # type: ignore[arg-type]
     else:
         width = scene.band_width if sizes is not None else 0.0
-        mesh = specimen.mesh_band(sizes, width, dimension=dimension)  # type: ignore[arg-type]
+        mesh = specimen.mesh_band(sizes, width, half=scene.model.half, dimension=dimension)  # type: ignore[arg-type]
     return CrackedMesh.from_mesh(mesh)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import reprlib
 import types
 import typing
@@ -121,9 +122,11 @@ class Inputs:
 
     @property
     def band_width(self) -> float:
-        """Width of the band along the path of a sized specimen, mm: the crack size, if the scene names none."""
+        """Width of the band along the path of a sized specimen, mm; if the scene names none, the smaller of the crack size and
+        the width of the notch."""
         sizes = known(self.kind, "the width of its band", self.sizes)
-        return sizes.crack_size if self.band.width is None else self.band.width
+        notch = getattr(self.specimen, "notch_width", 0.0) or math.inf
+        return min(sizes.crack_size, notch) if self.band.width is None else self.band.width
 
 
 def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -287,10 +290,8 @@ def _check_model(inputs: Inputs) -> None:
             specimen.check_band(inputs.sizes, dimension=inputs.dimension)
         except MeshError as error:
             raise SceneError(str(error), error.key) from None
-    if model.half and model.kind == "smeared":
-        raise SceneError.at(
-            "model.half", " = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
-        )
+    if model.half and model.kind == "smeared" and inputs.band.where == "everywhere":
+        raise SceneError.at("model.half", " = true: cracks may form everywhere; expected false, or band.where = 'path'")
     if model.half and specimen.symmetry() is None:
         raise SceneError.at(
             "model.half",

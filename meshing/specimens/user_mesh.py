@@ -115,7 +115,9 @@ class UserMesh(StatedSetup):
         """The file with its crack inserted, see `meshing.read_mesh`."""
         return self._checked(read_mesh(self.file, self.crack, list(self.regions_)))
 
-    def mesh_band(self, sizes: MeshSizes | None = None, width: float | None = None, *, dimension: int = 2) -> meshio.Mesh:
+    def mesh_band(
+        self, sizes: MeshSizes | None = None, width: float | None = None, *, half: bool = False, dimension: int = 2
+    ) -> meshio.Mesh:
         """The file with its band, see `meshing.read_band_mesh`."""
         crack = self.crack if self.band is None else None
         return self._checked(read_band_mesh(self.file, self.band, self._along, list(self.regions_), crack))
