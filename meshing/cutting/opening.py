@@ -78,18 +78,19 @@ def _motion(mesh: meshio.Mesh, width: float, places: Array, shifts: Array) -> Ar
     motion = np.zeros_like(points)
     at = np.flatnonzero(is_cut)
     motion[at] = (np.linalg.pinv(squares[at], rcond=_LEAST, hermitian=True) @ inward[at, :, None])[..., 0] * width / 2
-    free = ~is_cut & (cKDTree(points[at]).query(points, distance_upper_bound=_REACH * width)[0] < math.inf)
     slack = SLACK * float(np.ptp(points, axis=0).max())
+    is_free = ~is_cut
     for here, shift in zip(cKDTree(points).query_ball_point(places, slack), shifts, strict=True):
         for node in here:
             if not is_cut[node] or motion[node] @ shift > 0:
-                motion[node], free[node] = shift, False
+                motion[node], is_free[node] = shift, False
+    moving = points[motion.any(axis=1)]
+    is_free &= cKDTree(moving).query(points, distance_upper_bound=_REACH * width)[0] < math.inf
     edges = np.unique(np.sort(np.concatenate([block[:, _ends(kind)].reshape(-1, 2) for kind, block in cells]), axis=1), axis=0)
-    edges = edges[free[edges].any(axis=1)]
+    edges = edges[is_free[edges].any(axis=1)]
     stiff = np.tile(1.0 / np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1), 2)
     ring = sp.coo_array((stiff, (edges.T.ravel(), edges[:, ::-1].T.ravel())), shape=(len(points),) * 2)
-    free &= ring.sum(axis=1) > 0
-    inner = np.flatnonzero(free)
+    inner = np.flatnonzero(is_free & (ring.sum(axis=1) > 0))
     mean = (sp.diags_array(1.0 / ring.sum(axis=1)[inner]) @ ring.tocsr()[inner]).tocsr()
     normals = squares[inner]
     along = np.eye(d) - np.linalg.pinv(normals, rcond=_LEAST, hermitian=True) @ normals
@@ -120,8 +121,7 @@ def _mirrored(mesh: meshio.Mesh) -> tuple[Index, Index]:
 
 def _ends(kind: str) -> Index:
     """Corners of each edge of a cell type."""
-    ends: Index = np.array([edge[:2] for edge in CELLS[kind].edges])
-    return ends
+    return np.asarray([edge[:2] for edge in CELLS[kind].edges])
 
 
 def _faces(mesh: meshio.Mesh) -> tuple[Array, Array, Mask]:

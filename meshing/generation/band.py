@@ -62,7 +62,7 @@ def _narrowed(outline: Outline, width: float) -> Iterator[_Edge]:
     """The edges that move as a band of some width opens: short ones that it ends on, which are narrowed before, and in half a
     body those of a notch without width. MeshError for a band wider than the edge that it ends on."""
     corners = np.array(outline.corners, dtype=float)
-    narrow, shift, ends, cracked = corners.copy(), np.zeros_like(corners), dict[int, Array](), set[int]()
+    shift, ends = np.zeros_like(corners), dict[int, Array]()
     following = np.roll(np.arange(len(corners)), -1).tolist()
     for line in outline.crack:
         for end, inner in ((line[0], line[1]), (line[-1], line[-2])):
@@ -74,10 +74,8 @@ def _narrowed(outline: Outline, width: float) -> Iterator[_Edge]:
                 (x, y), (u, v) = (b - a) / math.dist(a, b), np.subtract(inner, end) / math.dist(inner, end)
                 reach = 0.5 * width / max(abs(x * v - y * u), SLACK)
                 if outline.half and abs(x * v - y * u) < SLACK:
-                    if _is_on(_point(np.add(end, inner) / 2), a, b, outline.slack):
-                        cracked.add(i)
-                    else:
-                        shift[[i, j]] = 0.5 * width * np.array([-y, x])
+                    if not _is_on(_point(np.add(end, inner) / 2), a, b, outline.slack):  # a notch without width
+                        yield (a, b), (a, b), np.tile([-y, x], (2, 1)) * width / 2
                 elif len(sides) == 2 or outline.half:  # a corner of the whole body is cut off
                     for k, side in sides.items():
                         if reach > side + outline.slack:
@@ -88,12 +86,12 @@ def _narrowed(outline: Outline, width: float) -> Iterator[_Edge]:
                             )
                         if reach > _MOST_TAKEN * side:
                             ends[i], shift[k] = np.array(end), (corners[k] - end) * min(reach / side, 1.0)
-                            narrow[k] = corners[k] - shift[k]
+    narrow = corners - shift
     for i, j in enumerate(following):
         if i in ends:  # each part moves as a whole
             for k in (k for k in (i, j) if math.dist(narrow[k], ends[i]) > outline.slack):
                 yield (corners[k], ends[i] + shift[k]), (narrow[k], ends[i]), shift[[k, k]]
-        elif shift[[i, j]].any() and i not in cracked:
+        elif shift[[i, j]].any():
             yield (corners[i], corners[j]), (narrow[i], narrow[j]), shift[[i, j]]
 
 
