@@ -116,14 +116,14 @@ def _components(mesh: CrackedMesh, key: str, vector: Direction) -> Direction:
 
 
 def nodes_at(mesh: CrackedMesh, key: str, at: Location) -> Index:
-    """Nodes of a location: a set by name, or the copies of the node at a point."""
+    """Nodes of a location: a set by name, or the copies of the node that was at a point before a band was opened."""
     if isinstance(at, str):
         if at not in mesh.sets:
             names = ", ".join(sorted(mesh.sets)) or "none"
             raise SceneError.at(f"specimen.{key}", f" = {at!r}: the mesh has no such set; it has {names}")
         return np.asarray(mesh.sets[at])
     _components(mesh, key, at)
-    distance = np.linalg.norm(mesh.points - np.asarray(at), axis=1)
+    distance = np.linalg.norm(mesh.closed - np.asarray(at), axis=1)
     size = float(np.ptp(mesh.points, axis=0).max())
     if distance.min() > 1e-6 * size:
         raise SceneError.at(

@@ -54,6 +54,12 @@ class CrackedMesh:
         return points
 
     @property
+    def closed(self) -> Array:
+        """The same before a band was opened along its path: its two faces lie on the path, which has their normals there."""
+        points: Array = (self.whole.point_data or {}).get("closed", self.whole.points)
+        return points
+
+    @property
     def dimension(self) -> int:
         """2 or 3."""
         return int(self.points.shape[1])
@@ -137,6 +143,6 @@ def cracked_mesh(scene: Scene) -> CrackedMesh:
     elif scene.band.where == "everywhere":
         mesh = specimen.mesh_body(sizes, dimension=dimension)  # type: ignore[arg-type]
     else:
-        width = scene.band_width if sizes is not None else 0.0
+        width = scene.band_width if sizes is not None else scene.band.width
         mesh = specimen.mesh_band(sizes, width, half=scene.model.half, dimension=dimension)  # type: ignore[arg-type]
     return CrackedMesh.from_mesh(mesh)

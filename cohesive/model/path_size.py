@@ -24,7 +24,7 @@ def path_size_note(mesh: CrackedMesh, concrete: Concrete, crack_length: float) -
     """
     if mesh.faces is None:
         return ""
-    corners = np.asarray(mesh.points, dtype=float)[mesh.minus_faces]
+    corners = np.asarray(mesh.closed, dtype=float)[mesh.minus_faces]
     sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
     number = _ALONG[mesh.dimension]
     rule = min(crack_length / number, concrete.zone_length / ELEMENTS_IN_ZONE)

@@ -282,8 +282,9 @@ def _check_model(inputs: Inputs) -> None:
         raise refuse("model.dimension", model.dimension, what)
     if dimensions == (3,) and model.plane == "strain":
         raise SceneError.at("model.plane", f" = 'strain': a {inputs.kind} is no plane body; expected no such key")
-    if inputs.band.width is not None and (inputs.sizes is None or inputs.band.where == "everywhere"):
-        what = "a user mesh" if inputs.sizes is None else "band.where = 'everywhere'"
+    named = getattr(specimen, "band", None)
+    if inputs.band.width is not None and (named or inputs.band.where == "everywhere"):
+        what = f"specimen.band = '{named}'" if named else "band.where = 'everywhere'"
         raise SceneError.at("band.width", f" = {inputs.band.width:g}: with {what} the elements give it; expected no width")
     if inputs.sizes is not None and model.kind == "smeared" and inputs.band.where == "path":
         try:

@@ -75,7 +75,7 @@ def _motion(mesh: meshio.Mesh, width: float, places: Array, shifts: Array) -> Ar
     points, d = mesh.points, mesh.points.shape[1]
     cells = [(block.type, block.data) for block in mesh.cells[:-1]]
     inward, squares, is_cut = _faces(mesh)
-    motion = np.zeros_like(points)
+    motion: Array = np.zeros_like(points)
     at = np.flatnonzero(is_cut)
     motion[at] = (np.linalg.pinv(squares[at], rcond=_LEAST, hermitian=True) @ inward[at, :, None])[..., 0] * width / 2
     slack = SLACK * float(np.ptp(points, axis=0).max())
@@ -121,7 +121,7 @@ def _mirrored(mesh: meshio.Mesh) -> tuple[Index, Index]:
 
 def _ends(kind: str) -> Index:
     """Corners of each edge of a cell type."""
-    return np.asarray([edge[:2] for edge in CELLS[kind].edges])
+    return np.asarray([edge[:2] for edge in CELLS[kind].edges], dtype=np.int64)
 
 
 def _faces(mesh: meshio.Mesh) -> tuple[Array, Array, Mask]:

@@ -17,8 +17,8 @@ from .outline import Outline
 from .polygon import mesh_polygon
 from .sizes import MeshSizes
 
-#: a short edge is meshed narrower if the band takes more than this part of it beside the path
-_MOST_TAKEN = 0.4
+#: a short edge is meshed narrower if the band takes more than this part of it beside the path, and is all taken from there on
+_MOST_TAKEN, _ALL_TAKEN = 0.4, 0.9
 
 #: an edge of the body before and after, and the motion of its two ends from the one to the other
 _Edge = tuple[tuple[Array, Array], tuple[Array, Array], Array]
@@ -85,7 +85,8 @@ def _narrowed(outline: Outline, width: float) -> Iterator[_Edge]:
                                 f"{as_text(end)}; expected at most {width * side / reach:.4g}",
                             )
                         if reach > _MOST_TAKEN * side:
-                            ends[i], shift[k] = np.array(end), (corners[k] - end) * min(reach / side, 1.0)
+                            part = reach / side if reach < _ALL_TAKEN * side else 1.0
+                            ends[i], shift[k] = np.array(end), (corners[k] - end) * part
     narrow = corners - shift
     for i, j in enumerate(following):
         if i in ends:  # each part moves as a whole
