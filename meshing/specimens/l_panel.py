@@ -24,8 +24,8 @@ class LPanel(PlaneSpecimen):
 
     Winkler (2001), Traglastuntersuchungen von unbewehrten und bewehrten Betonstrukturen. Origin at the lower left; the leg is
     held at its foot, y = 0, and the arm is loaded from below. Point sets: `base`, `load`, `corner`. There is no main gauge:
-    the opening is the mean jump over the crack. `cmod` is the vertical opening at the corner. In the smeared model the crack
-    path lies half a band's width lower, so that the band has room below the corner.
+    the opening is the mean jump over the crack. `cmod` is the vertical opening at the corner. In the smeared model the
+    corner gives way to the band that begins in it, and `cmod` is measured over its end.
     """
 
     size: float = key("height and width of the panel", unit="mm", above=0)
