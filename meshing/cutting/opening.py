@@ -86,8 +86,8 @@ def _motion(mesh: meshio.Mesh, width: float, places: Array, shifts: Array) -> Ar
                 motion[node], is_free[node] = shift, False
     moving = points[motion.any(axis=1)]
     is_free &= cKDTree(moving).query(points, distance_upper_bound=_REACH * width)[0] < math.inf
-    edges = np.unique(np.sort(np.concatenate([block[:, _ends(kind)].reshape(-1, 2) for kind, block in cells]), axis=1), axis=0)
-    edges = edges[is_free[edges].any(axis=1)]
+    edges = np.concatenate([block[:, _ends(kind)].reshape(-1, 2) for kind, block in cells])
+    edges = np.unique(np.sort(edges[is_free[edges].any(axis=1)], axis=1), axis=0)
     stiff = np.tile(1.0 / np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1), 2)
     ring = sp.coo_array((stiff, (edges.T.ravel(), edges[:, ::-1].T.ravel())), shape=(len(points),) * 2)
     inner = np.flatnonzero(is_free & (ring.sum(axis=1) > 0))
