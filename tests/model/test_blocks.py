@@ -81,7 +81,7 @@ def excess(scene: Scene, width: float) -> float:
 @pytest.mark.parametrize("along", [1, 3, pytest.param(9, marks=pytest.mark.long)])
 @pytest.mark.parametrize("width", [1.0, pytest.param(8.0, marks=pytest.mark.long), 30.0])
 def test_a_bar_dissipates_the_same_on_any_mesh(width: float, along: int, shape: str) -> None:
-    """The row has `along` elements, of quadrilaterals an even number; opened to 2 Zm, where e^-10 (1 + 5) of the energy is left."""
+    """The row has `along` elements, of quads an even number; opened to 2 Zm, where e^-10 (1 + 5) of the energy is left."""
     scene = smeared(band__width=width, mesh__crack_size=40.0 / along, mesh__far_size=40.0, mesh__shape=shape)
     Zm = scene.material.Zm
     stages = [{"control": "driven", "to": 0.02 * Zm, "steps": 6}, {"control": "driven", "to": 2.0 * Zm, "steps": 60}]
