@@ -89,7 +89,7 @@ def band_part(
     weights = np.concatenate([part[1] for part in parts])
     faces = along = area = None
     if mesh.faces is not None:
-        faces = Interface.from_cells(mesh.faces.type, mesh.points, mesh.faces.data, thickness)
+        faces = Interface.from_cells(mesh.faces.type, mesh.closed, mesh.faces.data, thickness)
         area = faces.area
         width = float(weights.sum()) / area
         first = np.searchsorted(faces.cell, np.arange(len(mesh.faces.data)))

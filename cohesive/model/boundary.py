@@ -65,8 +65,8 @@ def boundary(setup: Setup, mesh: CrackedMesh, half: bool) -> Boundary:
         motions += own
         later += [drive.spring, *(0.0 for _ in own[1:])]
     mirror = None
-    if setup.normal is not None and mesh.crack is not None:
-        mirror = Constraint("crack", np.unique(mesh.crack.data), setup.normal)
+    if setup.normal is not None and mesh.faces is not None:
+        mirror = Constraint("crack", np.unique(mesh.faces.data), setup.normal)
     none = np.zeros(len(motions))
     springs = (np.append(none, acting), np.append(later, np.zeros(len(yielding))))
     return Boundary(supports, [*motions, *yielding], mirror, drives, *springs)
@@ -116,14 +116,14 @@ def _components(mesh: CrackedMesh, key: str, vector: Direction) -> Direction:
 
 
 def nodes_at(mesh: CrackedMesh, key: str, at: Location) -> Index:
-    """Nodes of a location: a set by name, or the copies of the node at a point."""
+    """Nodes of a location: a set by name, or the copies of the node that was at a point before a band was opened."""
     if isinstance(at, str):
         if at not in mesh.sets:
             names = ", ".join(sorted(mesh.sets)) or "none"
             raise SceneError.at(f"specimen.{key}", f" = {at!r}: the mesh has no such set; it has {names}")
         return np.asarray(mesh.sets[at])
     _components(mesh, key, at)
-    distance = np.linalg.norm(mesh.points - np.asarray(at), axis=1)
+    distance = np.linalg.norm(mesh.closed - np.asarray(at), axis=1)
     size = float(np.ptp(mesh.points, axis=0).max())
     if distance.min() > 1e-6 * size:
         raise SceneError.at(

@@ -54,6 +54,12 @@ class CrackedMesh:
         return points
 
     @property
+    def closed(self) -> Array:
+        """The same before a band was opened along its path: its two faces lie on the path, which has their normals there."""
+        points: Array = (self.whole.point_data or {}).get("closed", self.whole.points)
+        return points
+
+    @property
     def dimension(self) -> int:
         """2 or 3."""
         return int(self.points.shape[1])
@@ -82,11 +88,17 @@ class CrackedMesh:
 
     @property
     def representative(self) -> Index:
-        """For the copies of a node on the crack the one of them that names the group, for every other node itself, (m,)."""
+        """For the copies of a node on the crack the one of them that names the group, for every other node itself, (m,); the
+        faces of a band are no copies of each other, but for those that mirror the ones of a half."""
         nodes = np.arange(len(self.points))
-        if self.crack is None:
+        if self.crack is not None:
+            on_crack = np.isin(self.original, self.original[self.crack.data])
+        elif self.is_row:
+            on_crack = np.isin(nodes, self.band[0].data)
+            for block in self.bulk:
+                on_crack[block.data] = False
+        else:
             return nodes
-        on_crack = np.isin(self.original, self.original[self.crack.data])
         return np.where(on_crack, self.original, nodes)
 
     @property
@@ -131,6 +143,6 @@ def cracked_mesh(scene: Scene) -> CrackedMesh:
     elif scene.band.where == "everywhere":
         mesh = specimen.mesh_body(sizes, dimension=dimension)  # type: ignore[arg-type]
     else:
-        width = scene.band_width if sizes is not None else 0.0
-        mesh = specimen.mesh_band(sizes, width, dimension=dimension)  # type: ignore[arg-type]
+        width = scene.band_width if sizes is not None else scene.band.width
+        mesh = specimen.mesh_band(sizes, width, half=scene.model.half, dimension=dimension)  # type: ignore[arg-type]
     return CrackedMesh.from_mesh(mesh)

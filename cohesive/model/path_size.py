@@ -26,7 +26,7 @@ def path_size_note(mesh: CrackedMesh, concrete: Concrete, crack_length: float, e
     """
     if mesh.faces is None:
         return ""
-    corners = np.asarray(mesh.points, dtype=float)[mesh.minus_faces][..., : 2 if extruded else None]
+    corners = np.asarray(mesh.closed, dtype=float)[mesh.minus_faces][..., : 2 if extruded else None]
     sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
     number = _ALONG[mesh.dimension]
     rule = min(crack_length / number, concrete.zone_length / ELEMENTS_IN_ZONE)

@@ -46,5 +46,5 @@ class Setup:
             [placed(each) for each in supports],
             {name: placed(each, "shear", "against_direction") for name, each in specimen.drives(half=half).items()},
             {name: placed(each) for name, each in specimen.gauges(half=half).items()},
-            extended(specimen.symmetry()) if half and mesh.crack is not None else None,
+            extended(specimen.symmetry()) if half else None,
         )

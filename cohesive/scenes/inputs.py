@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import reprlib
 import types
 import typing
@@ -125,9 +126,11 @@ class Inputs:
 
     @property
     def band_width(self) -> float:
-        """Width of the band along the path of a sized specimen, mm: the crack size, if the scene names none."""
+        """Width of the band along the path of a sized specimen, mm; if the scene names none, the smaller of the crack size and
+        the width of the notch."""
         sizes = known(self.kind, "the width of its band", self.sizes)
-        return sizes.crack_size if self.band.width is None else self.band.width
+        notch = getattr(self.specimen, "notch_width", 0.0) or math.inf
+        return min(sizes.crack_size, notch) if self.band.width is None else self.band.width
 
 
 def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -283,18 +286,17 @@ def _check_model(inputs: Inputs) -> None:
         raise refuse("model.dimension", model.dimension, what)
     if dimensions == (3,) and model.plane == "strain":
         raise SceneError.at("model.plane", f" = 'strain': a {inputs.kind} is no plane body; expected no such key")
-    if inputs.band.width is not None and (inputs.sizes is None or inputs.band.where == "everywhere"):
-        what = "a user mesh" if inputs.sizes is None else "band.where = 'everywhere'"
+    named = getattr(specimen, "band", None)
+    if inputs.band.width is not None and (named or inputs.band.where == "everywhere"):
+        what = f"specimen.band = '{named}'" if named else "band.where = 'everywhere'"
         raise SceneError.at("band.width", f" = {inputs.band.width:g}: with {what} the elements give it; expected no width")
     if inputs.sizes is not None and model.kind == "smeared" and inputs.band.where == "path":
         try:
             specimen.check_band(inputs.sizes, dimension=inputs.dimension)
         except MeshError as error:
             raise SceneError(str(error), error.key) from None
-    if model.half and model.kind == "smeared":
-        raise SceneError.at(
-            "model.half", " = true: the crack band lies on both sides of the crack; expected false with 'smeared'"
-        )
+    if model.half and model.kind == "smeared" and inputs.band.where == "everywhere":
+        raise SceneError.at("model.half", " = true: cracks may form everywhere; expected false, or band.where = 'path'")
     if model.half and specimen.symmetry() is None:
         raise SceneError.at(
             "model.half",

@@ -86,7 +86,9 @@ class InterfaceOptions(Table):
 class BandOptions(Table):
     """[band]: the crack band of the smeared model."""
 
-    width: float | None = key("width of the band along the path; default: mesh.crack_size", None, unit="mm", above=0)
+    width: float | None = key(
+        "width of the band along the path; default: mesh.crack_size, at most the width of the notch", None, unit="mm", above=0
+    )
     where: str = key(
         "'path': the crack path is a row of quadrilaterals, one element wide; 'everywhere': the crack may form in any "
         "element, refined near the path",

@@ -25,8 +25,8 @@ def compare(
 ) -> Comparison:
     """Run a scene with zero-thickness interface elements and with the crack band.
 
-    A run that stops early is compared as far as it came, and the notes say why it stopped. The band needs the whole
-    body: `model.half` holds for the discrete run only.
+    A run that stops early is compared as far as it came, and the notes say why it stopped. Cracks that may form everywhere
+    need the whole body: `model.half` then holds for the discrete run only.
 
     Parameters
     ----------
@@ -51,7 +51,8 @@ def compare(
     """
     results: list[Result] = []
     notes: list[str] = []
-    scenes = [scene.with_(**{"model.kind": "discrete"}), scene.with_(**{"model.kind": "smeared", "model.half": False})]
+    is_half = scene.model.half and scene.band.where == "path"
+    scenes = [scene.with_(**{"model.kind": "discrete"}), scene.with_(**{"model.kind": "smeared", "model.half": is_half})]
     if scene.sizes is None and not scene.specimen.has_main_gauge:
         build(scenes[1])  # a band without faces has no opening: refused now, not after the first run
     if output is not None:
@@ -73,6 +74,6 @@ def compare(
             raise ended from error
         notes += [f"{name}: {note}" for note in (*result.notes, *warnings(result))]
         results.append(result)
-    if scene.model.half:
+    if scene.model.half and not is_half:
         notes.append("smeared: the whole body; model.half holds for the discrete run only")
     return Comparison(results[0], results[1], notes)

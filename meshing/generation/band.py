@@ -1,183 +1,123 @@
-"""Meshes for the smeared crack: a band of quadrilaterals, one element wide, along the crack path."""
+"""Meshes for the smeared crack: the mesh of the discrete crack, opened by the width of the band."""
 
 from __future__ import annotations
 
 import math
-from types import ModuleType
+from collections.abc import Iterator
+from dataclasses import replace
 
 import meshio
 import numpy as np
 
-from ..arrays import Array, Index
-from ..cutting.edges import edges_on_path
-from ..cutting.insertion import cut_slits
+from ..arrays import Array
+from ..cutting.opening import open_cracks
 from ..errors import MeshError
-from ..paths import Point, nodes_on_segment
-from .band_geometry import Strip, lay_strips
-from .clipping import part_inside
+from ..paths import SLACK, Line, Point, as_text, nodes_on_segment
 from .outline import Outline
-from .polygon import check_outline, edge_sets, nearest
-from .session import add_face, add_lines, collect, divide, generate, session, set_sizes
+from .polygon import mesh_polygon
 from .sizes import MeshSizes
+
+#: a short edge is meshed narrower if the band takes more than this part of it beside the path, and is all taken from there on
+_MOST_TAKEN, _ALL_TAKEN = 0.4, 0.9
+
+#: an edge of the body before and after, and the motion of its two ends from the one to the other
+_Edge = tuple[tuple[Array, Array], tuple[Array, Array], Array]
 
 
 def mesh_band(outline: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
-    """Mesh a body with a row of quadrilaterals along each crack path, one element wide.
+    """Mesh a body with a crack band along its crack: what `mesh_polygon` gives, opened.
 
-    The row is centred on the path and follows it with mitred joints. Where a path ends on an edge of the body, so does
-    the row; inside the body its end is square. A notch without width that a path starts from is opened to the width of
-    the row's end, since a row one element wide has no node on its centre line.
+    A notch, or another short edge, that is hardly wider than the band ending there is meshed narrower by the width and gets
+    its own width as the band opens.
 
     Parameters
     ----------
-    outline : Outline
-        Whole, not a half.
-    sizes : MeshSizes
-        `crack_size` is the length of the band's elements along the path. With shape "quad" a few triangles are left over
-        in the bulk: dividing every cell would make the band two elements wide.
-    width : float
-        Of the band, mm.
+    width : of the band, mm.
 
     Returns
     -------
     meshio.Mesh
-        Bulk blocks, then the band: `quad` [a-, b-, b+, a+], a to b along the path, the minus side to its right, or
-        `quad8` [a-, b-, b+, a+, mid-, b-, mid+, a+]: across the band, where the crack is one jump, it has no mid node and a
-        corner stands in, as in a crack cell. In the order of the path, path after path. Cell sets `body` and `band`, and
-        `row`, the same as `band`. A named point on an end of the band stands for all nodes of that end.
-        `point_data["original"]` holds the node numbers before slits that are left were cut, else 0, 1, 2, ...
+        As `open_cracks` gives it. Named points keep their places, but for one on the crack or a notch without width, which
+        stands for the nodes on its two sides.
 
     Raises
     ------
     MeshError
-        If the band does not fit: wider than the notch, outside the body, overlapping itself or another, or over a named
-        point.
+        As `mesh_polygon` and `open_cracks`, and for a band wider than the notch.
     """
-    if outline.half:
-        raise MeshError.at("half", " = true: a crack band runs along the middle of the body; expected the whole body")
-    check_outline(outline, sizes)
-    opened, strips = lay_strips(outline, width)
-    free, on_end = _sorted_nodes(opened, strips, width)
-    bulk, band, points = _mesh_faces(opened, strips, free, sizes, width)
-    whole = _renumbered(points, [*((block.type, block.data) for block in bulk), band])
-    for name, group in opened.nodes.items():
-        at = [_end_nodes(whole, on_end[p], outline.slack) if p in on_end else [nearest(whole, name, p)] for p in group]
-        whole.point_sets[name] = np.unique(np.concatenate(at)).astype(np.int64)
-    whole.point_sets |= edge_sets(whole, outline.edges)
-    cut = cut_slits(whole, edges_on_path(whole, "notch", opened.slits))
-    cells = [np.arange(len(block.data)) for block in cut.cells]
-    nothing = [np.empty(0, dtype=np.int64) for _ in bulk]
-    row = [*nothing, cells[-1]]
-    cut.cell_sets = {"body": [*cells[:-1], np.empty(0, dtype=np.int64)], "band": row, "row": row}
-    return cut
+    edges = list(_narrowed(outline, width))
+    narrow = _with_edges(outline, edges)
+    mesh = mesh_polygon(narrow.corners, narrow.crack, sizes, narrow.slits, narrow.nodes, narrow.edges, narrow.half)
+    points = np.array([p for group in narrow.nodes.values() for p in group], dtype=float).reshape(-1, 2)
+    places, shifts = [points], [np.zeros_like(points)]
+    for _, (a, b), shift in edges:
+        on = mesh.points[nodes_on_segment(mesh.points, _point(a), _point(b), outline.slack)]
+        part = (np.hypot(*(on - a).T) / math.dist(a, b))[:, None]
+        places.append(on)
+        shifts.append((1 - part) * shift[0] + part * shift[1])
+    return open_cracks(mesh, width, np.concatenate(places), np.concatenate(shifts))
 
 
-def _mesh_faces(
-    outline: Outline, strips: list[Strip], free: list[Point], sizes: MeshSizes, width: float
-) -> tuple[list[meshio.CellBlock], tuple[str, Index], Array]:
-    """Bulk blocks, the block of the band in the order of the path, and the nodes' coordinates; some nodes are not used."""
-    with session() as gmsh:
-        face = add_face(gmsh, outline.corners)
-        tools = [(2, tag) for strip in strips for tag in _add_strip(gmsh, strip)]
-        n_faces = len(tools)
-        tools += [line for slit in outline.slits for line in add_lines(gmsh, slit)]
-        tools += [(0, gmsh.model.occ.addPoint(*p, 0)) for p in free]
-        _, image = gmsh.model.occ.fragment([face], tools)
-        gmsh.model.occ.synchronize()
-        tags = [tag for pieces in image[1 : 1 + n_faces] for _, tag in pieces]
-        segments = [ends for strip in strips for ends in zip(strip.path[:-1], strip.path[1:], strict=True)]
-        curves = [c for tag, (a, b) in zip(tags, segments, strict=True) for c in _divide_face(gmsh, tag, a, b, sizes, width)]
-        set_sizes(gmsh, curves, sizes, 1.0)
-        generate(gmsh, sizes.order)
-        mesh = collect(gmsh, [(2, tag) for tag in tags])
-    bulk, rows = mesh.cells[:-n_faces], mesh.cells[-n_faces:]
-    band = np.concatenate([_in_order(mesh.points, row.data, a, b) for row, (a, b) in zip(rows, segments, strict=True)])
-    if sizes.order == 2:
-        band[:, [5, 7]] = band[:, [1, 3]]
-    return bulk, (rows[0].type, band), mesh.points
+def _narrowed(outline: Outline, width: float) -> Iterator[_Edge]:
+    """The edges that move as a band of some width opens: short ones that it ends on, which are narrowed before, and in half a
+    body those of a notch without width. MeshError for a band wider than the edge that it ends on."""
+    corners = np.array(outline.corners, dtype=float)
+    shift, ends = np.zeros_like(corners), dict[int, Array]()
+    following = np.roll(np.arange(len(corners)), -1).tolist()
+    for line in outline.crack:
+        for end, inner in ((line[0], line[1]), (line[-1], line[-2])):
+            for i, j in enumerate(following):
+                a, b = corners[[i, j]]
+                if not _is_on(end, a, b, outline.slack):
+                    continue
+                sides = {k: side for k in (i, j) if (side := math.dist(corners[k], end)) > outline.slack}
+                (x, y), (u, v) = (b - a) / math.dist(a, b), np.subtract(inner, end) / math.dist(inner, end)
+                reach = 0.5 * width / max(abs(x * v - y * u), SLACK)
+                if outline.half and abs(x * v - y * u) < SLACK:
+                    if not _is_on(_point(np.add(end, inner) / 2), a, b, outline.slack):  # a notch without width
+                        yield (a, b), (a, b), np.tile([-y, x], (2, 1)) * width / 2
+                elif len(sides) == 2 or outline.half:  # a corner of the whole body is cut off
+                    for k, side in sides.items():
+                        if reach > side + outline.slack:
+                            raise MeshError.at(
+                                "band.width",
+                                f" = {width:g}: wider than the notch, or the edge, that the crack path ends on at "
+                                f"{as_text(end)}; expected at most {width * side / reach:.4g}",
+                            )
+                        if reach > _MOST_TAKEN * side:
+                            part = reach / side if reach < _ALL_TAKEN * side else 1.0
+                            ends[i], shift[k] = np.array(end), (corners[k] - end) * part
+    narrow = corners - shift
+    for i, j in enumerate(following):
+        if i in ends:  # each part moves as a whole
+            for k in (k for k in (i, j) if math.dist(narrow[k], ends[i]) > outline.slack):
+                yield (corners[k], ends[i] + shift[k]), (narrow[k], ends[i]), shift[[k, k]]
+        elif shift[[i, j]].any():
+            yield (corners[i], corners[j]), (narrow[i], narrow[j]), shift[[i, j]]
 
 
-def _renumbered(points: Array, blocks: list[tuple[str, Index]]) -> meshio.Mesh:
-    """The mesh of some blocks without the nodes that they do not use."""
-    used, flat = np.unique(np.concatenate([block.ravel() for _, block in blocks]), return_inverse=True)
-    parts = np.split(flat, np.cumsum([block.size for _, block in blocks])[:-1])
-    return meshio.Mesh(
-        points[used], [(kind, part.reshape(block.shape)) for (kind, block), part in zip(blocks, parts, strict=True)]
-    )
+def _with_edges(outline: Outline, edges: list[_Edge]) -> Outline:
+    """The outline with what lies on edges that change."""
+
+    def placed(p: Point) -> Point:
+        for (a, b), (c, d), _ in edges:
+            if _is_on(p, a, b, outline.slack):
+                return _point(c + math.dist(a, p) / math.dist(a, b) * (d - c))
+        return p
+
+    def line(points: Line) -> list[Point]:
+        return [placed(p) for p in points]
+
+    corners = line(outline.corners)
+    apart = [p for p, before in zip(corners, [corners[-1], *corners], strict=False) if math.dist(p, before) > outline.slack]
+    nodes, named = ({name: line(group) for name, group in sets.items()} for sets in (outline.nodes, outline.edges))
+    return replace(outline, corners=apart, nodes=nodes, edges=named)
 
 
-def _sorted_nodes(outline: Outline, strips: list[Strip], width: float) -> tuple[list[Point], dict[Point, tuple[Point, Point]]]:
-    """Named points at which gmsh must place a node, and those on an end of the band, with that end."""
-    slack = outline.slack
-    corners = np.concatenate([side for strip in strips for side in (strip.minus, strip.plus)])
-    ends = [end for strip in strips for end in strip.ends]
-    free: list[Point] = []
-    on_end: dict[Point, tuple[Point, Point]] = {}
-    for name, group in outline.nodes.items():
-        for p in group:
-            x, y = p
-            at = np.array([p], dtype=float)
-            if np.hypot(*(corners - at).T).min() < slack:
-                continue  # a node anyhow
-            here = [end for end in ends if nodes_on_segment(at, *end, slack)[0]]
-            if here and any(end == here[0] for other, end in on_end.items() if other not in group):
-                raise MeshError.at(
-                    name,
-                    f" = ({x:g}, {y:g}): it shares an end of the band with another named point, and both would stand "
-                    f"for all of it; expected points more than {width / 2:g} mm from the crack path",
-                )
-            if here:
-                on_end[p] = here[0]
-            elif any(len(part_inside(at, face, slack)) for strip in strips for face in strip.faces):
-                raise MeshError.at(
-                    name,
-                    f" = ({x:g}, {y:g}): it lies in the band, band.width = {width:g}; expected a point more than "
-                    f"{width / 2:g} mm from the crack path",
-                )
-            else:
-                free.append(p)
-    return free, on_end
+def _is_on(point: Point, a: Array, b: Array, slack: float) -> bool:
+    return bool(nodes_on_segment(np.array([point]), _point(a), _point(b), slack)[0])
 
 
-def _end_nodes(mesh: meshio.Mesh, end: tuple[Point, Point], slack: float) -> Index:
-    """Nodes on an end of the band."""
-    return np.flatnonzero(nodes_on_segment(mesh.points, *end, slack))
-
-
-def _add_strip(gmsh: ModuleType, strip: Strip) -> list[int]:
-    """The faces of a row in gmsh; neighbours share their edge."""
-    occ = gmsh.model.occ
-    minus, plus = ([occ.addPoint(*p, 0) for p in side] for side in (strip.minus, strip.plus))
-    across = [occ.addLine(a, b) for a, b in zip(minus, plus, strict=True)]
-    faces = []
-    for i in range(len(minus) - 1):
-        low, high = occ.addLine(minus[i], minus[i + 1]), occ.addLine(plus[i], plus[i + 1])
-        faces.append(occ.addPlaneSurface([occ.addCurveLoop([low, across[i + 1], -high, -across[i]])]))
-    return faces
-
-
-def _divide_face(gmsh: ModuleType, face: int, a: Array, b: Array, sizes: MeshSizes, width: float) -> list[int]:
-    """Have gmsh divide a face of the row into quadrilaterals, one wide; the curves of its two sides."""
-    mesh, normal = gmsh.model.mesh, np.array([a[1] - b[1], b[0] - a[0]]) / math.dist(a, b)
-    sides: list[int] = []
-    for _, tag in gmsh.model.getBoundary([(2, face)], oriented=False):
-        ends = [gmsh.model.getValue(0, p, [])[:2] for _, p in gmsh.model.getBoundary([(1, tag)], oriented=False)]
-        if abs((np.mean(ends, axis=0) - a) @ normal) > width / 4:
-            sides.append(tag)
-            mesh.setTransfiniteCurve(tag, max(1, round(math.dist(a, b) / sizes.crack_size)) + 1)
-        else:
-            divide(gmsh, tag, math.inf)
-    mesh.setTransfiniteSurface(face)
-    mesh.setRecombine(2, face)
-    return sides
-
-
-def _in_order(points: Array, cells: Index, a: Array, b: Array) -> Index:
-    """Counter-clockwise quadrilaterals of one face, from a to b, each beginning with its node a-."""
-    along = (b - a) / math.dist(a, b)
-    cells = cells[np.argsort(points[cells[:, :4]].mean(axis=1) @ along)]
-    minus = (points[cells[:, :4]] - a) @ np.array([-along[1], along[0]]) < 0
-    first = (minus & ~np.roll(minus, 1, axis=1)).argmax(axis=1)
-    columns = (np.arange(4) + first[:, None]) % 4
-    columns = np.concatenate([columns, columns + 4], axis=1)[:, : cells.shape[1]]
-    return np.asarray(np.take_along_axis(cells, columns, axis=1))
+def _point(p: Array) -> Point:
+    x, y = p.tolist()
+    return x, y

@@ -14,7 +14,6 @@ from ..arrays import Array, Index
 from ..cutting.insertion import cut_slits, insert_cracks
 from ..errors import MeshError
 from ..paths import SLACK
-from .clipping import part_above
 from .extrusion import with_mid_nodes
 from .polygon import nearest
 from .session import add_face, collect, session, size_field
@@ -55,7 +54,7 @@ class PlaneCrack:
         polygon = np.array([-a - b, a - b, a + b, -a + b])
         for axis in range(3):
             for sign in (1.0, -1.0):
-                polygon = part_above(polygon, half[axis] - sign * polygon[:, axis])
+                polygon = _part_above(polygon, half[axis] - sign * polygon[:, axis])
         apart = np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1) > SLACK * half.max()
         return np.asarray(polygon[apart])
 
@@ -76,6 +75,18 @@ class PlaneCrack:
         if self.radius is not None:
             parts = [f"Max(Sqrt({u}^2 + {v}^2) - {self.radius!r}, 0)^2"]
         return f"Sqrt({' + '.join([*parts, f'{n}^2'])})"
+
+
+def _part_above(polygon: Array, height: Array) -> Array:
+    """Corners of the part of a convex polygon (k, d) on which a linear function, (k,) at the corners, is not negative."""
+    kept = []
+    for i in range(len(polygon)):
+        if (height[i] < 0) != (height[i - 1] < 0):
+            share = height[i] / (height[i] - height[i - 1])
+            kept.append(polygon[i] + share * (polygon[i - 1] - polygon[i]))
+        if height[i] >= 0:
+            kept.append(polygon[i])
+    return np.array(kept).reshape(-1, polygon.shape[1])
 
 
 def mesh_block(

@@ -116,6 +116,8 @@ def extrude(mesh: meshio.Mesh, levels: Array, tetrahedra: bool = False) -> meshi
     if "original" in mesh.point_data:
         original = mesh.point_data["original"]
         solid.point_data["original"] = (every * (original.max() + 1) + original).ravel()
+    if "closed" in mesh.point_data:
+        solid.point_data["closed"] = np.column_stack([np.tile(mesh.point_data["closed"], (n + 1, 1)), points[:, 2]])
     return solid
 
 

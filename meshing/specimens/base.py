@@ -153,7 +153,7 @@ class Specimen(ABC):
         """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
 
     @abstractmethod
-    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
+    def mesh_band(self, sizes: MeshSizes, width: float, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path."""
 
     @abstractmethod
@@ -338,14 +338,10 @@ class PlaneSpecimen(Specimen):
             return mesh_prism(outline, sizes, self.thickness)
         return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
 
-    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
+    def mesh_band(self, sizes: MeshSizes, width: float, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
-        outline = self.band_outline(width)
+        outline = self.outline(half)
         return mesh_prism_band(outline, sizes, width, self.thickness) if dimension == 3 else mesh_band(outline, sizes, width)
-
-    def band_outline(self, width: float) -> Outline:
-        """The geometry for a crack band of `width` (mm)."""
-        return self.outline()
 
     def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:
         """Extruded bands are of first order."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from ..generation.outline import Outline
@@ -24,8 +24,8 @@ class LPanel(PlaneSpecimen):
 
     Winkler (2001), Traglastuntersuchungen von unbewehrten und bewehrten Betonstrukturen. Origin at the lower left; the leg is
     held at its foot, y = 0, and the arm is loaded from below. Point sets: `base`, `load`, `corner`. There is no main gauge:
-    the opening is the mean jump over the crack. `cmod` is the vertical opening at the corner. In the smeared model the crack
-    path lies half a band's width lower, so that the band has room below the corner.
+    the opening is the mean jump over the crack. `cmod` is the vertical opening at the corner. In the smeared model the
+    corner gives way to the band that begins in it, and `cmod` is measured over its end.
     """
 
     size: float = key("height and width of the panel", unit="mm", above=0)
@@ -72,18 +72,6 @@ class LPanel(PlaneSpecimen):
         corners: list[Point] = [(0.0, 0.0), (x, 0.0), (x, y), (a, y), (a, a), (0.0, a)]
         nodes: dict[str, Sequence[Point]] = {"load": [(a - self.load_from_end, y)], "corner": [(x, y)]}
         return Outline(corners, self.paths, (), nodes, {"base": (corners[0], corners[1])})
-
-    def band_outline(self, width: float) -> Outline:
-        """The geometry, the start of the path moved off the corner."""
-        outline = self.outline()
-        if self.notch_depth != 0.0:
-            return outline
-        (path,) = self.paths
-        across = abs(path[1][0] - path[0][0]) / math.dist(path[0], path[1])
-        down = 0.5 * width / max(across, 1e-3)
-        x, y = self.corner
-        nodes = {**outline.nodes, "corner": [(x, y), (x, y - 2.0 * down)]}
-        return replace(outline, crack=[[(x, y - down) for x, y in path]], nodes=nodes)
 
     def held(self, *, half: bool = False) -> list[Support]:
         """The foot of the leg."""

@@ -158,7 +158,7 @@ class SingleCrack3D(Specimen):
         """Mesh for a discrete crack: crack cells on its plane, as `insert_cracks` gives it. There is no half of it."""
         return self._mesh(sizes, conforming=True)
 
-    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 3) -> NoReturn:
+    def mesh_band(self, sizes: MeshSizes, width: float, *, half: bool = False, dimension: int = 3) -> NoReturn:
         """There is none: a MeshError."""
         self.check_band(sizes)
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import meshio
 import numpy as np
 
+from ..cutting.opening import open_cracks
 from ..errors import MeshError
 from ..files.bands import read_band_mesh
 from ..files.reading import read_mesh
@@ -66,7 +67,8 @@ class UserMesh(StatedSetup):
     band: str | None = key(
         "name of the set of elements that form the crack band of the smeared model with band.where = 'path'. A row of "
         "quadrilaterals, one element wide, is treated as that of a built-in specimen; in any other set of elements the crack "
-        "may form as with 'everywhere'. Default: the elements that touch the crack from its plus side",
+        "may form as with 'everywhere'. Default: the crack, opened by the width of the band; in 3D the elements that touch it "
+        "from its plus side",
         None,
     )
 
@@ -115,10 +117,24 @@ class UserMesh(StatedSetup):
         """The file with its crack inserted, see `meshing.read_mesh`."""
         return self._checked(read_mesh(self.file, self.crack, list(self.regions_)))
 
-    def mesh_band(self, sizes: MeshSizes | None = None, width: float | None = None, *, dimension: int = 2) -> meshio.Mesh:
-        """The file with its band, see `meshing.read_band_mesh`."""
-        crack = self.crack if self.band is None else None
-        return self._checked(read_band_mesh(self.file, self.band, self._along, list(self.regions_), crack))
+    def mesh_band(
+        self, sizes: MeshSizes | None = None, width: float | None = None, *, half: bool = False, dimension: int = 2
+    ) -> meshio.Mesh:
+        """The file with its crack opened by `width` (mm), by default the median length of the elements along it; or with the
+        band it names, see `meshing.read_band_mesh`."""
+        mesh = None if self.band is not None else self.mesh()
+        if mesh is None or mesh.points.shape[1] == 3:
+            if width is not None:
+                raise MeshError.at("band.width", f" = {width:g}: the elements of the band give it; expected no width")
+            crack = None if mesh is None else self.crack
+            return self._checked(read_band_mesh(self.file, self.band, self._along, list(self.regions_), crack))
+        if width is None:
+            width = float(np.median(np.hypot(*np.diff(mesh.points[mesh.cells[-1].data[:, :2]], axis=1)[:, 0].T)))
+            mesh.info["remarks"].append(
+                f"the crack band is {width:.4g} mm wide, the median length of the elements along the crack; band.width names "
+                "another width, specimen.band elements"
+            )
+        return open_cracks(mesh, width)
 
     def mesh_body(self, sizes: MeshSizes | None = None, *, dimension: int = 2) -> meshio.Mesh:
         """The file as it is: cracks may form in all of its elements."""

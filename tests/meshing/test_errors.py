@@ -29,7 +29,7 @@ _SIZES = MeshSizes(1.0, 1.0)
         ("mesh.far_size", lambda: mesh_polygon(_SQUARE, [[(2.0, 0.0), (2.0, 1e-4)]], MeshSizes(1e-5, 1e-4))),
         ("mesh.layers", lambda: mesh_polygon(_SQUARE, _PATH, MeshSizes(1.0, 1.0, layers=2))),
         ("load", lambda: mesh_polygon(_SQUARE, _PATH, _SIZES, nodes={"load": [(9.0, 9.0)]})),
-        ("load", lambda: mesh_band(Outline(_SQUARE, _PATH, nodes={"load": [(2.1, 2.0)]}), _SIZES, 1.0)),
+        ("band.width", lambda: mesh_band(Outline(_SQUARE, _PATH, nodes={"load": [(2.1, 2.0)]}), _SIZES, 1.0)),
         ("band.width", lambda: mesh_band(Outline(_SQUARE, _PATH), _SIZES, 0.0)),
         ("band.width", lambda: mesh_band(Outline(_SQUARE, _PATH), _SIZES, 5.0)),
         ("pressures", lambda: pressures_of([])),

@@ -12,6 +12,7 @@ from cohesive.arrays import Array
 from cohesive.law.widths import default_width
 from cohesive.model.build import build
 from cohesive.solver.newton import advance
+from meshing import MeshError
 from tests.builders import assert_same_history, run_and_keep
 
 
@@ -27,7 +28,8 @@ def test_half_of_a_symmetric_specimen_stands_for_the_whole(kind: str) -> None:
     assert half.full_energy == pytest.approx(whole.full_energy, rel=1e-12)
 
 
-def test_half_is_exact_on_the_mirrored_mesh() -> None:
+@pytest.mark.parametrize("model", ["discrete", "smeared"])
+def test_half_is_exact_on_the_mirrored_mesh(model: str) -> None:
     """A bar in tension: uniform, so that the half's numbers are the whole's on any mesh."""
     bar = {
         "specimen": {"kind": "notched-tension", "length": 40.0, "width": 20.0, "thickness": 10.0, "notch": 0.0},
@@ -36,8 +38,36 @@ def test_half_is_exact_on_the_mirrored_mesh() -> None:
         "solver": {"tol": 1e-11},
         "stage": [{"control": "driven", "to": 0.06, "steps": 12}],
     }
-    whole, half = run(Scene(bar)), run(Scene(bar).with_(**{"model.half": True}))
+    whole, half = run(Scene(bar), model), run(Scene(bar).with_(**{"model.half": True}), model)
     assert_same_history(half, whole, 1e-8)
+
+
+def test_a_crack_size_above_the_notch_width_leaves_the_band_as_wide_as_the_notch() -> None:
+    scene = Scene.load("en-14651").with_(**{"mesh.crack_size": 7.5, "mesh.far_size": 60.0, "model.kind": "smeared"})
+    assert scene.band_width == 5.0
+    model = build(scene)
+    points, on_path = model.mesh.points, model.mesh.closed[:, 1] == 25.0
+    tips = np.unique(points[on_path & (abs(points[:, 0]) < 5.0)], axis=0)
+    np.testing.assert_allclose(tips, [[-2.5, 25.0], [2.5, 25.0]], atol=1e-9)
+    with pytest.raises(MeshError, match=r"^band.width = 7.5: wider than the notch.*; expected at most 5$"):
+        build(scene.with_(**{"band.width": 7.5}))
+
+
+def test_a_body_held_at_named_edges_alone_has_a_band() -> None:
+    data = {
+        "specimen": {
+            "kind": "outline", "thickness": 10.0, "corners": [[0, 0], [20, 0], [20, 40], [0, 40]],
+            "edges": {"foot": [[0, 0], [20, 0]], "head": [[0, 40], [20, 40]]}, "crack": [[0, 20], [20, 20]],
+            "supports": [{"at": "foot", "direction": [0, 1]}, {"at": "foot", "direction": [1, 0]}],
+            "drive": {"at": "head", "direction": [0, 1]},
+        },
+        "mesh": {"crack_size": 4.0, "far_size": 8.0},
+        "material": {"E": 30e3, "nu": 0.0, "ft": 3.0, "Gf": 0.1},
+        "stage": [{"control": "driven", "to": 0.01, "steps": 6}],
+    }  # fmt: skip
+    both = [run(Scene(data), model) for model in ("discrete", "smeared")]
+    for result in both:
+        assert result.peak_load == pytest.approx(20.0 * 10.0 * 3.0, rel=0.05)
 
 
 def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:

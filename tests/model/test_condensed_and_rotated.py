@@ -62,7 +62,7 @@ class HandMade(Specimen):
         in_crack = [np.zeros(0, dtype=int), np.arange(len(solid.crack))]
         return self._mesh([(solid.kind, solid.cells), (solid.crack_kind, solid.crack)], crack=in_crack)
 
-    def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
+    def mesh_band(self, sizes: MeshSizes, width: float, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """The layer in the middle is the band."""
         solid = SOLIDS[self.solid]
         middle = abs(solid.points[solid.cells].mean(axis=1)[:, 2] - SIZE[2] / 2) < 1e-6

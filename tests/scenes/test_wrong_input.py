@@ -70,7 +70,10 @@ WRONG = {
     "quadrature": (changed(interface={"quadrature": "simpson"}), r"interface.quadrature = 'simpson': expected 'nodal' or"),
     "plane": (changed(model={"plane": "stres"}), r"model.plane = 'stres': expected 'stress' or 'strain'"),
     "model": (changed(model={"kind": "both"}), r"model.kind = 'both': expected 'discrete' or 'smeared'"),
-    "half a band": (changed(model={"kind": "smeared", "half": True}), r"model.half = true: the crack band lies on both sides"),
+    "half, anywhere": (
+        changed(model={"kind": "smeared", "half": True}, band={"where": "everywhere"}),
+        r"model.half = true: cracks may form everywhere; expected false, or band.where = 'path'",
+    ),
     "band": (changed(band={"widht": 2.0}), r"band.widht: unknown key.*did you mean 'width'"),
     "band width": (changed(band={"width": -2.0}), r"band.width = -2.0: expected a number above 0"),
     "band place": (changed(band={"where": "here"}), r"band.where = 'here': expected 'path' or 'everywhere'"),

@@ -82,10 +82,13 @@ def test_curves_that_go_back_are_compared_over_the_opening_travelled() -> None:
     assert abs(gap).max() < 0.1 * result.discrete.peak_load
 
 
-def test_a_half_body_is_whole_in_the_band(beam: Scene) -> None:
-    result = compare(beam.with_(**{"model.half": True, "stage.0.to": 0.04}))
-    assert result.discrete.scene.model.half and not result.smeared.scene.model.half
-    assert abs(result.table["peak"]["relative_difference"]) < 0.02
+def test_half_a_body_stands_for_the_whole_in_both_models(beam: Scene) -> None:
+    """Half the band mirrors itself: the meshes of the bulk differ, by .1 % in what they give."""
+    half, whole = (compare(beam.with_(**{"model.half": half, "stage.0.to": 0.04})) for half in (True, False))
+    assert half.smeared.scene.model.half and half.smeared.total_dofs < 0.6 * whole.smeared.total_dofs
+    for one, other in zip(half.runs.values(), whole.runs.values(), strict=True):
+        assert one.peak_load == pytest.approx(other.peak_load, rel=3e-3)
+        assert one.dissipated_energy == pytest.approx(other.dissipated_energy, rel=3e-3)
 
 
 def test_along_paths_a_kinked_path() -> None:

@@ -225,7 +225,7 @@ def test_triangles_and_rings_are_no_rows(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("name", ["beam", "kinked", "two bands", "tips inside", "panel"])
+@pytest.mark.parametrize("name", ["beam", "kinked", "double", "slanted", "panel"])
 def test_a_specimens_band_reads_as_it_was_made(tmp_path: Path, name: str, order: int) -> None:
     specimen, width, *_ = BANDS[name]
     made = specimen.mesh_band(MeshSizes(2.0, 8.0, order=order), width)
@@ -236,7 +236,7 @@ def test_a_specimens_band_reads_as_it_was_made(tmp_path: Path, name: str, order:
     path.write_text(path.read_text() + f"*ELSET, ELSET=MIDDLE\n{lines}")
     mesh = read_band_mesh(path, "MIDDLE", np.subtract(specimen.paths[0][-1], specimen.paths[0][0]))
     assert len(centres(mesh)) == n_band
-    np.testing.assert_array_equal(mesh.cells[-1].data, made.cells[-1].data)
+    assert sorted(mesh.cells[-1].data.tolist()) == sorted(made.cells[-1].data.tolist())
 
 
 def test_point_sets_follow_a_users_row(tmp_path: Path) -> None:

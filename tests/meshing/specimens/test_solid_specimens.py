@@ -86,7 +86,7 @@ def test_hexahedra_are_the_plane_mesh_extruded(name: str, layers: int) -> None:
 #               plane and solid specimen, width of the band, area of the body with its opened notch, length of the path
 BANDS: dict[str, tuple[Any, Any, float, float, float]] = {
     "beam": (*beams("slit"), 2.0, 175 * 50 - 2 * 25, 25),
-    "bent": (*beams("bent"), 2.0, 175 * 50 - 2 * 25 * np.hypot(1, 0.4), np.hypot(4, 10) + 15),
+    "bent": (*beams("bent"), 2.0, 175 * 50 - 2 * 25, np.hypot(4, 10) + 15),
     "push-off": (PushOff(300, 300, 120), Extruded(PushOff(300, 300, 120)), 10.0, 300 * 300, 300),
 }
 
