@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .fields import Fields
     from .run_data import RunData
 
-#: planes of a band that depart more than this from the path make it stiffer than a discrete crack, degrees
+#: planes of a band that depart more than this from the path are those of another crack, degrees
 _DEPARTURE = 10.0
 
 #: a curve is not to be trusted if no energy accounts for more than this part of the work
@@ -80,8 +80,8 @@ def warnings(data: RunData) -> list[str]:
     departure = data.facts.departure
     if departure > _DEPARTURE:
         sentences.append(
-            f"warning: the crack planes depart from the path by {departure:.0f} degrees in the mean; the band is stiffer "
-            "than a discrete crack along it"
+            f"warning: the crack planes depart from the path by {departure:.0f} degrees in the mean: no discrete crack along "
+            "it compares; with band.planes = 'path' they lie on it"
         )
     return sentences
 
