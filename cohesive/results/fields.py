@@ -192,6 +192,11 @@ class Fields:
         at = _place(self.point_rows, row, "values on the crack")
         return {name: values[at] for name, values in self.points.items()}
 
+    @property
+    def locking(self) -> list[str]:
+        """Kinds of elements of constant strain in a band, which lock."""
+        return sorted({block.kind for block in self.band if block.element.has_constant_strain})
+
     def as_data(self) -> dict[str, Any]:
         """As lists, tables and arrays: all but the elements, which follow from the scene and the mesh."""
         own = ("where", "cell", "point_rows", "points", "rows", "displacement", "band_stress", "planes")

@@ -16,7 +16,7 @@ from examples import discrete_and_smeared, sandwich_panel
 from meshing.paths import along_paths
 from tests.builders import block
 
-QUANTITIES = ["peak", "opening_at_peak", "energy", "curve_distance", "iterations", "seconds"]
+QUANTITIES = ["peak", "opening_at_peak", "energy", "dissipated", "curve_distance", "iterations", "seconds"]
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +35,8 @@ def test_table(comparison: Comparison) -> None:
     # the areas by hand: both runs end at 0.18 mm
     energy = [trapezoid(np.r_[0, r.history["load"]], np.r_[0, r.history["opening"]]) for r in (d, s)]
     assert [table["energy"][model] for model in ("discrete", "smeared")] == pytest.approx(energy, rel=1e-9)
+    ends = [r.dissipated_energy for r in (d, s)]
+    assert [table["dissipated"][model] for model in ("discrete", "smeared")] == pytest.approx(ends, rel=1e-9)
     x = np.linspace(0, 0.18, 20001)
     loads = [np.interp(x, np.r_[0, r.history["opening"]], np.r_[0, r.history["load"]]) for r in (d, s)]
     between = trapezoid(abs(loads[1] - loads[0]), x)
@@ -70,7 +72,7 @@ def test_files(comparison: Comparison, tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.history["load"], comparison.smeared.history["load"])
     # the table as it is printed names each quantity once
     text = comparison.summary()
-    assert all(sum(line.startswith(name.replace("_", " ")) for line in text.splitlines()) == 1 for name in QUANTITIES[:5])
+    assert all(sum(line.startswith(name.replace("_", " ")) for line in text.splitlines()) == 1 for name in QUANTITIES[:6])
 
 
 def test_curves_that_go_back_are_compared_over_the_opening_travelled() -> None:
