@@ -91,7 +91,7 @@ class Comparison:
         discrete, smeared = self.discrete, self.smeared
         causes = []
         if smeared.fields.mesh.faces is None:
-            causes.append("the cracks of the smeared model follow no path")
+            causes.append("the band is no row of elements along the path")
         if (departure := smeared.facts.departure) > DEPARTURE:
             causes.append(f"the planes of the band depart from the path by {departure:.0f} degrees in the mean")
         if locking := smeared.fields.locking:
