@@ -102,6 +102,8 @@ class Comparison:
             causes.append(f"the width of the interface adds {100 * by:.1f} % to the elastic compliance")
         if np.ptp([s[-1] for s in self._pair.travelled]) > _VOID * self.end:
             causes.append("one run ends before the other")
+        if any(run.peak_row == run.steps for run in (discrete, smeared)):
+            causes.append("a load still rises at the end")
         why = ", and ".join(causes) or "nothing of the models shows why, so that smaller elements and steps are to be tried"
         return [f"the comparison is void, smeared over discrete {', '.join(far)}: {why}"]
 

@@ -90,6 +90,21 @@ def test_a_half_body_is_whole_in_the_band(beam: Scene) -> None:
     assert abs(result.table["peak"]["relative_difference"]) < 0.02
 
 
+def test_models_that_lie_far_apart_do_not_check_each_other() -> None:
+    """A slanted crack of the block, its planes across the pull or on the path; no note before anything is damaged."""
+    path = [[-20.0, -14.0], [20.0, 14.0]]
+    scene = block(specimen__crack=path, stage__0__to=0.03, **{"output__frames": 0})
+    apart = compare(scene.with_(**{"band.planes": "principal"}))
+    assert abs(apart.table["dissipated"]["relative_difference"]) > 0.05
+    assert apart.notes[0].startswith("the comparison is void, smeared over discrete ")
+    assert apart.notes[0].endswith(": the planes of the band depart from the path by 35 degrees in the mean")
+    assert apart.notes[0] in apart.summary()
+    assert not any("void" in note for note in compare(scene).notes)
+    elastic = {"stage.0.control": "driven", "stage.0.to": 1e-3, "stage.0.steps": 1}
+    early = compare(scene.with_(**elastic, **{"band.planes": "principal"}))
+    assert not any("void" in note for note in early.notes)
+
+
 def test_along_paths_a_kinked_path() -> None:
     lines = [[(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)]]
     points = np.array([[1.0, 0.1], [3.2, 2.0], [3.0, 4.0], [-1.0, 0.0]])
