@@ -22,6 +22,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     model/test_energies.py                   the balance of the two longest built-in scenes, and of a beam with smaller steps
     model/test_loads.py                      a body that does not bear its weight
     model/test_plane_and_solid.py            the band of a beam in 3D against the plane one
+    model/test_planes_on_the_path.py         a kinked path in 3D, elements of second order, four of six paths drawn at random
     model/test_user_meshes.py                a band from a file, solid meshes
     outcome/test_page.py                     a movie
     outcome/test_pickle.py                   comparisons, processes, sizes

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..elements.chords import longest_chord
 from ..elements.rotations import rotations, stress_tensor, stress_transformation
 from ..errors import PointFailure
@@ -31,9 +31,6 @@ from .crack_planes import CrackPlanes
 
 #: planes due whose excess over ft is at least this part of the largest excess are formed together
 _WORST = 0.5
-
-#: a plane is laid along the path if its normal stress is the major principal one but for this part
-ALIGNED = 0.05
 
 
 @dataclass(frozen=True)
@@ -56,9 +53,9 @@ class CrackBand:
     corners : (p, m, d) array, mm, corners of the element of each point, see `longest_chord`.
     max_cracks : planes per point.
     threshold_angle : least angle between the normals of two planes of a point, degrees.
-    path_normal : (p, d) array, or None. Ahead of a crack the principal stresses are close, their difference on the
-        axis being the T-stress, and the least asymmetry of a mesh would turn a new plane at will. If the normal of
-        the path is a principal direction within 5 % of the major stress, the plane takes it.
+    path_normal : (p, d) array, or None. With it each point has one plane, across this normal and there from the beginning,
+        as a discrete crack along the path. Without it planes form across the major principal stress: ahead of a crack the
+        principal stresses are close, and the least asymmetry of a mesh turns a new plane at will.
     """
 
     plane: CrackPlane
@@ -89,7 +86,8 @@ class CrackBand:
         zeros, none = np.zeros((p, k)), np.zeros((0, d))
         at = np.zeros(0, dtype=np.intp)
         cracks = CrackPlanes(at, np.zeros((0, d, d)), np.zeros(0), none, none, np.zeros(0), np.zeros((0, d, k)))
-        return BandState(zeros, zeros, cracks)
+        state = BandState(zeros, zeros, cracks)
+        return state if self.path_normal is None else self._with_planes(state, np.arange(p), self.path_normal)
 
     def elastic(self) -> Array:
         return np.broadcast_to(self.D, (len(self.corners), *self.D.shape))
@@ -130,17 +128,14 @@ class CrackBand:
         return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
 
     def nucleate(self, start: BandState, state: BandState) -> BandState | None:
-        """One more plane at the points whose major principal stress in `state` exceeds ft most, undamaged in `start`."""
+        """One more plane at the points whose major principal stress in `state` exceeds ft most, undamaged in `start`; none if
+        the planes lie on a path."""
+        if self.path_normal is not None:
+            return None
         m, cracks = self.concrete, state.planes
         count = np.bincount(cracks.point, minlength=len(self.corners))
-        tensor = stress_tensor(state.stress)
-        value, vector = np.linalg.eigh(tensor)
+        value, vector = np.linalg.eigh(stress_tensor(state.stress))
         value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
-        if self.path_normal is not None:  # a candidate before the principal directions, if it is as good as the major
-            on_path = np.einsum("pi,pij,pj->p", self.path_normal, tensor, self.path_normal)
-            as_major = np.where(on_path >= (1.0 - ALIGNED) * value[:, 0], value[:, 0], -np.inf)
-            value = np.concatenate([as_major[:, None], value], axis=1)
-            normal = np.concatenate([self.path_normal[:, None], normal], axis=1)
         due = (value > m.ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]
         # no plane whose normal lies closer than the threshold to one that is there
         if len(cracks.point):
@@ -154,8 +149,11 @@ class CrackBand:
         which = due.argmax(axis=1)  # the largest one that is due
         excess = np.where(due.any(axis=1), value[np.arange(len(value)), which] - m.ft, 0.0)
         points = np.flatnonzero(excess >= _WORST * excess.max())
-        rotation = rotations(normal[points, which[points]])
-        # inert in the committed state: its strain there is elastic
+        return self._with_planes(start, points, normal[points, which[points]])
+
+    def _with_planes(self, start: BandState, points: Index, normal: Array) -> BandState:
+        """A committed state with one more plane at some points, inert: its strain there is elastic."""
+        rotation, count = rotations(normal), np.bincount(start.planes.point, minlength=len(self.corners))
         N = stress_transformation(rotation)
         traction = np.einsum("ndk,nk->nd", N, start.stress[points])
         strain = self.compliance * traction

@@ -70,7 +70,8 @@ class Interface:
         at, weights = rule
         N, dN = facet.shape(at)
         n, q, d = len(cells), len(at), points.shape[1]
-        normal = _normals(np.einsum("qae,nax->nqex", dN, points[minus]).reshape(n * q, d - 1, d))
+        middle = 0.5 * (points[minus] + points[plus])  # the sides of a band are apart
+        normal = _normals(np.einsum("qae,nax->nqex", dN, middle).reshape(n * q, d - 1, d))
         size = np.hypot.reduce(normal, axis=1)
         normal /= size[:, None]
         # rows d p + local, columns d node + global
@@ -89,7 +90,7 @@ class Interface:
         return cls(
             operator,
             thickness * (size.reshape(n, q) * weights).ravel(),
-            np.einsum("qa,nax->nqx", N, points[minus]).reshape(-1, d),
+            np.einsum("qa,nax->nqx", N, middle).reshape(-1, d),
             normal,
             np.repeat(np.arange(n), q),
         )

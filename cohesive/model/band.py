@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,6 +14,7 @@ from ..elements.bulk import ElasticBlock
 from ..elements.interface import Interface
 from ..elements.registry import centre_rule
 from ..elements.rotations import major_strain, rotations, stress_transformation
+from ..errors import SceneError
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
 from ..law.widths import check_band_width
@@ -81,19 +83,17 @@ def band_part(
     Raises
     ------
     SceneError
-        For a band so wide that it dissipates twice Gf, or numbers in other units.
+        For a band so wide that it dissipates twice Gf, numbers in other units, or planes that cannot lie on the path.
     """
     parts = [block.strain_points(centre_rule(block.kind) if mesh.is_row else None) for block in elements]
     offsets = np.cumsum([0, *(len(block.cells) for block in elements)])[:-1]
     cell = np.concatenate([part[3] + offset for part, offset in zip(parts, offsets, strict=True)])
     weights = np.concatenate([part[1] for part in parts])
-    faces = along = area = None
+    faces = area = None
     if mesh.faces is not None:
         faces = Interface.from_cells(mesh.faces.type, mesh.closed, mesh.faces.data, thickness)
         area = faces.area
         width = float(weights.sum()) / area
-        first = np.searchsorted(faces.cell, np.arange(len(mesh.faces.data)))
-        along = rotations(faces.normals[first][cell])
     else:  # each crack will have a length of its own
         volumes = np.concatenate([np.bincount(part[3], part[1]) for part in parts]) / thickness
         width = float(np.median(np.sqrt(volumes) if mesh.dimension == 2 else np.cbrt(volumes)))
@@ -101,14 +101,45 @@ def band_part(
         area, width = known
     concrete.check_units(mesh.extent if area is None else length_of(area))
     check_band_width(concrete, width, "specimen.band: width" if known is None else "band.width")
+    normals = path_normals(mesh, faces)
+    on_path = _of_planes(options, normals)
     law = CrackBand(
         CrackPlane(concrete, width),
         elements[0].D,
         np.concatenate([block.corners() for block in elements])[cell],
         options.max_cracks,
         options.threshold_angle,
-        path_normal=None if along is None else along[:, 0],
+        path_normal=None if on_path is None else on_path[cell],
     )
     operator = sp.vstack([part[0] for part in parts]).tocsr()
     where = np.concatenate([part[2] for part in parts])
+    along = None if normals is None else rotations(normals[cell])
     return BandPart(law, operator, weights, where, cell, area, width, along, faces)
+
+
+def path_normals(mesh: CrackedMesh, faces: Interface | None) -> Array | None:
+    """Unit normal of the path at each cell of a band, (n, d), towards the plus side; None if its cells follow no path.
+
+    A cell of a row belongs to the piece of the path that is its middle line or surface, also at a kink, which parts two cells.
+    """
+    if faces is None:
+        return mesh.beside_normals
+    total = np.zeros((int(faces.cell[-1]) + 1, mesh.dimension))
+    np.add.at(total, faces.cell, faces.weights[:, None] * faces.normals)
+    return np.asarray(total / np.linalg.norm(total, axis=1, keepdims=True))
+
+
+def _of_planes(options: BandOptions, normals: Array | None) -> Array | None:
+    """Normals of the path if the planes lie on it, else None; SceneError if they cannot, or for keys of other planes."""
+    if options.planes == "path" and normals is None:
+        raise SceneError.at(
+            "band.planes", " = 'path': the elements of specimen.band follow no path; expected 'principal', or one row of them"
+        )
+    if options.planes == "principal" or normals is None:
+        return None
+    for each in fields(options):
+        if each.name in ("max_cracks", "threshold_angle") and (value := getattr(options, each.name)) != each.default:
+            raise SceneError.at(
+                f"band.{each.name}", f" = {value:g}: a plane on the path is the only one; expected band.planes = 'principal'"
+            )
+    return normals

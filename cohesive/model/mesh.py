@@ -115,6 +115,13 @@ class CrackedMesh:
         return self.band[0] if self.is_row else self.crack
 
     @property
+    def beside_normals(self) -> Array | None:
+        """Unit normals of the crack beside which the cells of the band lie, (n, d); None if there is no crack in a file or the
+        band is a row, whose `faces` tell."""
+        normals = (self.whole.cell_data or {}).get("normal")
+        return None if normals is None else np.concatenate(normals[len(self.bulk) :])
+
+    @property
     def minus_faces(self) -> Index:
         """Corner nodes of the minus faces along the path, (n, k)."""
         assert self.faces is not None

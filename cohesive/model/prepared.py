@@ -15,7 +15,7 @@ from .model import Model
 
 #: keys of the tables below that change neither the mesh nor the condensed stiffness
 _FREE = {
-    "band": ("width", "max_cracks", "threshold_angle"),  # the width as it follows, below
+    "band": ("width", "planes", "max_cracks", "threshold_angle"),  # the width as it follows, below
     "interface": ("width",),
     "solver": ("tol", "step_growth"),
     "mesh": (),

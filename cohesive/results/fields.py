@@ -56,7 +56,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Planes:
-    """The crack planes of a band in all rows of which the body is known, in one list; none for a discrete crack.
+    """The damaged crack planes of a band in all rows of which the body is known, in one list; none for a discrete crack.
 
     Attributes
     ----------
@@ -71,15 +71,18 @@ class Planes:
     normal: Array
 
     @classmethod
-    def from_states(cls, states: dict[int, State], dimension: int) -> Planes:
+    def from_states(cls, states: dict[int, State], model: Model) -> Planes:
         """From the states of some rows of a smeared run; none of any other."""
-        own = {row: state.cracks.planes for row, state in states.items() if hasattr(state.cracks, "planes")}
-        none = np.zeros(0, dtype=np.int64)
+        own = {row: state.cracks.planes for row, state in states.items() if model.is_smeared}
+        at, none = {}, np.zeros(0, dtype=np.int64)
+        for row, each in own.items():  # undamaged a plane on the path is no crack yet
+            left = model.cracks.point_law.plane.with_width(each.length).strength_left(each.Z)
+            at[row] = np.flatnonzero(np.isfinite(left))
         return cls(
-            np.concatenate([none, *(np.full(len(each.point), row) for row, each in own.items())]),
-            np.concatenate([none, *(each.point for each in own.values())]),
-            np.concatenate([np.zeros(0), *(each.jump[:, 0] for each in own.values())]),
-            np.concatenate([np.zeros((0, dimension)), *(each.rotation[:, 0] for each in own.values())]),
+            np.concatenate([none, *(np.full(len(at[row]), row) for row in own)]),
+            np.concatenate([none, *(each.point[at[row]] for row, each in own.items())]),
+            np.concatenate([np.zeros(0), *(each.jump[at[row], 0] for row, each in own.items())]),
+            np.concatenate([np.zeros((0, model.mesh.dimension)), *(each.rotation[at[row], 0] for row, each in own.items())]),
         )
 
     def of(self, row: int) -> Planes:
@@ -145,7 +148,7 @@ class Fields:
             rows,
             _displacements(model, list(whole.values())),
             np.stack(stress) if stress else np.zeros((len(rows), 0, 0)),
-            Planes.from_states(whole, points.shape[1]),
+            Planes.from_states(whole, model),
         )
 
     def nearest(self, rows: Sequence[int]) -> list[int]:
@@ -188,6 +191,11 @@ class Fields:
         """
         at = _place(self.point_rows, row, "values on the crack")
         return {name: values[at] for name, values in self.points.items()}
+
+    @property
+    def locking(self) -> list[str]:
+        """Kinds of elements of constant strain in a band, which lock."""
+        return sorted({block.kind for block in self.band if block.element.has_constant_strain})
 
     def as_data(self) -> dict[str, Any]:
         """As lists, tables and arrays: all but the elements, which follow from the scene and the mesh."""

@@ -12,11 +12,10 @@ from .crushing import crushing
 from .measures import peak_text
 
 if TYPE_CHECKING:
-    from .fields import Fields
     from .run_data import RunData
 
-#: planes of a band that depart more than this from the path make it stiffer than a discrete crack, degrees
-_DEPARTURE = 10.0
+#: planes of a band that depart more than this from the path are those of another crack, degrees
+DEPARTURE = 5.0
 
 #: a curve is not to be trusted if no energy accounts for more than this part of the work
 _UNBALANCED = 0.05
@@ -94,13 +93,15 @@ def warnings(data: RunData) -> list[str]:
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    found = (_holds(data), _ripples(data), _soft_cracks(data), _overload(data), crushing(data), _locking(data.fields))
+    found = (_holds(data), _ripples(data), _soft_cracks(data), _overload(data), crushing(data))
     sentences += [warning for warning in found if warning]
+    if kinds := data.fields.locking:
+        sentences.append(f"warning: first-order {kinds[0]} elements lock in a band: peak and energy are too high")
     departure = data.facts.departure
-    if departure > _DEPARTURE:
+    if departure > DEPARTURE:
         sentences.append(
-            f"warning: the crack planes depart from the path by {departure:.0f} degrees in the mean; the band is stiffer "
-            "than a discrete crack along it"
+            f"warning: the crack planes depart from the path by {departure:.0f} degrees in the mean: no discrete crack along "
+            "it compares; with band.planes = 'path' they lie on it"
         )
     return sentences
 
@@ -155,12 +156,6 @@ def _holds(data: RunData) -> str:
         if stage.unload is None and (np.diff(stage.targets) == 0).any():
             return f"warning: stage.{i}.to repeats a target, which takes no step: time is not modelled, nothing is held"
     return ""
-
-
-def _locking(fields: Fields) -> str:
-    """A warning if elements of a band lock; empty if not."""
-    locking = {block.kind for block in fields.band if block.element.has_constant_strain}
-    return f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high" if locking else ""
 
 
 def _overload(data: RunData) -> str:

@@ -95,8 +95,21 @@ class BandOptions(Table):
         "path",
         one_of=("path", "everywhere"),
     )
-    max_cracks: int = key("crack planes at a point", 3, at_least=1, at_most=3)
+    planes: str | None = key(
+        "'path': each point has one crack plane, which lies on the path as a discrete crack does; 'principal': planes form "
+        "across the principal stress that passes ft, as in the paper. Default: 'path' if the band follows a path",
+        None,
+        one_of=("path", "principal"),
+    )
+    max_cracks: int = key("crack planes at a point with planes = 'principal'", 3, at_least=1, at_most=3)
     threshold_angle: float = key("least angle between two of them", 60.0, unit="degrees", above=0, at_most=90)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.planes == "path" and self.where == "everywhere":
+            raise ParameterError.at(
+                "planes", " = 'path': with where = 'everywhere' cracks follow no path; expected 'principal'"
+            )
 
 
 @dataclass(frozen=True)

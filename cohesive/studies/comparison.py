@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..outcome.result import Result
 from ..results.files import make_folder, write_table
+from ..results.report import DEPARTURE
 from .curves import Pair, curve_of
 
 if TYPE_CHECKING:
@@ -20,7 +21,11 @@ if TYPE_CHECKING:
 MODELS = ("discrete", "smeared")
 
 #: units of the table's quantities, but for the place of the peak
-UNITS = {"peak": "N", "energy": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
+UNITS = {"peak": "N", "energy": "N mm", "dissipated": "N mm", "curve_distance": "", "iterations": "", "seconds": "s"}
+
+#: models that lie further apart in peak or dissipated energy do not check each other; a part as large of an energy, a
+#: compliance or the way is a cause
+_VOID = 0.05
 
 
 class Comparison:
@@ -32,14 +37,15 @@ class Comparison:
     measure : the measure in charge, a column of both histories, as "opening" or "cmod"
     table : {quantity: {"discrete": , "smeared": , "relative_difference": }}, the difference that of the smeared value
         over the discrete one. peak (N) and where it comes on the measure in charge, opening_at_peak, cmod_at_peak or
-        driven_at_peak (mm); energy (N mm), the area under load over that measure to the common end; curve_distance, the area
-        between the curves over the area under each, and over the mean of both; iterations; seconds, without files. If a
-        platen moves both ways, the curves are those of its load over its motion, and the energy is its work.
-    notes : what stopped a run early, and what the runs say of themselves
+        driven_at_peak (mm); energy (N mm), the area under load over that measure to the common end; dissipated (N mm) up to
+        there; curve_distance, the area between the curves over the area under each, and over the mean of both; iterations;
+        seconds, without files. If a platen moves both ways, the curves are those of its load over its motion, and the energy
+        is its work.
+    notes : whether and why the comparison is void, what stopped a run early, and what the runs say of themselves
     """
 
     def __init__(self, discrete: Result, smeared: Result, notes: list[str]) -> None:
-        self.discrete, self.smeared, self.notes = discrete, smeared, notes
+        self.discrete, self.smeared = discrete, smeared
         own = discrete.controlled  # a gauge that the band's mesh cannot place is none of its columns
         self.measure = own if own in smeared.history else smeared.controlled
         curves = {name: curve_of(run, self.measure) for name, run in self.runs.items()}
@@ -50,11 +56,13 @@ class Comparison:
             "peak": _row({name: run.peak_load for name, run in self.runs.items()}),
             f"{self.measure}_at_peak": _row({name: curve.at_peak for name, curve in curves.items()}),
             "energy": _row({name: pair.energy(i) for i, name in enumerate(MODELS)}),
+            "dissipated": _row({name: self._dissipated(i) for i, name in enumerate(MODELS)}),
             "curve_distance": {name: _ratio(between, area) for name, area in under.items()}
             | {"relative_difference": _ratio(2 * between, sum(under.values()))},
             "iterations": _row({name: float(run.iterations) for name, run in self.runs.items()}),
             "seconds": _row({name: run.solution_time for name, run in self.runs.items()}),
         }
+        self.notes = [*self._void(), *notes]
 
     @property
     def runs(self) -> dict[str, Result]:
@@ -65,6 +73,39 @@ class Comparison:
     def end(self) -> float:
         """What both runs have travelled (mm), see `travelled`; energy and curve distance are taken up to there."""
         return self._pair.end
+
+    def _dissipated(self, i: int) -> float:
+        """Energy that one of the runs has dissipated at the common end, N mm."""
+        dissipated = (self.discrete, self.smeared)[i].history["dissipated"]
+        return float(np.interp(self.end, self._pair.travelled[i], dissipated))
+
+    def _void(self) -> list[str]:
+        """A sentence if the models lie too far apart to check each other, with the causes that show."""
+        far = []
+        for name, least in (("peak", 0.0), ("dissipated", _VOID * (self.discrete.full_energy or 0.0))):
+            row = self.table[name]
+            if abs(row["smeared"] - row["discrete"]) > _VOID * max(row["discrete"], least):  # the first damage is no measure
+                far.append(f"{name} {100 * row['relative_difference']:+.1f} %")
+        if not far:
+            return []
+        discrete, smeared = self.discrete, self.smeared
+        causes = []
+        if smeared.fields.mesh.faces is None:
+            causes.append("the band is no row of elements along the path")
+        if (departure := smeared.facts.departure) > DEPARTURE:
+            causes.append(f"the planes of the band depart from the path by {departure:.0f} degrees in the mean")
+        if locking := smeared.fields.locking:
+            causes.append(f"{' and '.join(locking)} elements lock in a band")
+        if discrete.full_energy and smeared.full_energy and (by := smeared.full_energy / discrete.full_energy - 1.0) > _VOID:
+            causes.append(f"the width of the band adds {100 * by:.1f} % to the energy of separation")
+        if (by := discrete.facts.added_compliance) > _VOID:
+            causes.append(f"the width of the interface adds {100 * by:.1f} % to the elastic compliance")
+        if np.ptp([s[-1] for s in self._pair.travelled]) > _VOID * self.end:
+            causes.append("one run ends before the other")
+        if any(run.peak_row == run.steps for run in (discrete, smeared)):
+            causes.append("a load still rises at the end")
+        why = ", and ".join(causes) or "nothing of the models shows why, so that smaller elements and steps are to be tried"
+        return [f"the comparison is void, smeared over discrete {', '.join(far)}: {why}"]
 
     def difference(self) -> tuple[Array, Array]:
         """Load of the smeared run less that of the discrete one (N) over what both have travelled (mm), see `travelled`.

@@ -79,6 +79,16 @@ def distinct(rows: Index) -> Index:
     return np.asarray(1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1))
 
 
+def directed_areas(corners: Array) -> Array:
+    """Normals of edges, to their left, or of faces, (b - a) x (c - a), times length or area, (n, d); corners (n, k, d)."""
+    if corners.shape[2] == 2:
+        along = corners[:, 1] - corners[:, 0]
+        return np.stack([-along[:, 1], along[:, 0]], axis=1)
+    if corners.shape[1] == 3:
+        return np.asarray(0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    return np.asarray(0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
+
+
 @dataclass(frozen=True)
 class Star:
     """Incidences of cells and facets: one row for each facet of each bulk cell."""
@@ -106,13 +116,7 @@ class Star:
     def outward(self, points: Array) -> Array:
         """Normals out of the cells times lengths or areas, one for each row, (n, d): an edge has its cell on its left, the
         normal of a face's ring points into its cell."""
-        p = points[self.nodes[:, : self.corners]]
-        if points.shape[1] == 2:
-            along = p[:, 1] - p[:, 0]
-            return np.stack([along[:, 1], -along[:, 0]], axis=1)
-        if self.corners == 3:
-            return np.asarray(-0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-        return np.asarray(-0.5 * np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]))
+        return -directed_areas(points[self.nodes[:, : self.corners]])
 
     def columns(self, rows: Index, corners: Index) -> Index:
         """Where in some rows the nodes of the same facets stand if they begin with `corners` (n, k), in that order."""

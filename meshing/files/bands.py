@@ -8,11 +8,12 @@ from pathlib import Path
 import meshio
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from ..arrays import Array, Index
 from ..cells import BULK_2D, BULK_3D, CELLS
 from ..cutting.insertion import insert_cracks
-from ..cutting.stars import Blocks, bulk_cells
+from ..cutting.stars import Blocks, bulk_cells, directed_areas
 from ..errors import MeshError
 from ..paths import SLACK
 from .reading import Crack, cell_members, checked, crack_facets, is_solid, listed, load, named_sets, region_numbers
@@ -52,6 +53,9 @@ def read_band_mesh(
         [a-, b-, b+, a+, mid-, b-, mid+, a+]. The mid nodes across the band are left out, unless an element of the bulk
         uses them; in a point set the two corners beside it stand for such a node.
 
+        If the band lies beside a crack without being rows, `cell_data["normal"]`: (n, d), for an element of the band the unit
+        normal of the crack's edge or face that is nearest to its centre, towards the plus side, for others 0.
+
     Raises
     ------
     MeshError
@@ -72,7 +76,8 @@ def read_band_mesh(
     if cells is not None:
         inside = [members[cells][i] for i in kept]
     elif crack is not None:
-        inside = _beside(clean, crack_facets(clean, crack, facets, index, sets))
+        split = insert_cracks(clean, crack_facets(clean, crack, facets, index, sets))
+        inside = _beside(split)
         clean.info["remarks"].append(
             f"the crack band is the {sum(map(len, inside))} elements beside the crack on its plus side; "
             "specimen.band names others"
@@ -82,12 +87,17 @@ def read_band_mesh(
     bulk, band = _parted(bulk_cells(clean), inside)
     if cells is not None and not band:
         raise MeshError.at("band", f" = '{cells}': no element of this set is one of {', '.join(known)}; expected some")
-    rows, info = None, clean.info
+    rows, info, cell_data = None, clean.info, {}
     if is_banded:
         rows = _rows(clean.points, bulk, band, None if along is None else np.asarray(along, dtype=float))
     if rows is not None:
         clean, bulk, rows = _with_rows(clean, bulk, rows)
         band = [(band[0][0], rows)]
+    elif cells is None and crack is not None:
+        cell_data["normal"] = [np.zeros((len(block), clean.points.shape[1])) for _, block in bulk]
+        cell_data["normal"] += [_nearest_normals(split, block[:, : CELLS[kind].n_corners]) for kind, block in band]
+    if regions:
+        cell_data["region"] = _outside(numbers, regions, inside, band)
     cell_sets = {"body": [np.arange(len(block)) for _, block in bulk] + [nothing for _ in band]}
     for name, present in (("band", bool(band)), ("row", rows is not None)):
         if present:
@@ -98,19 +108,27 @@ def read_band_mesh(
         point_data={"original": np.arange(len(clean.points))},
         point_sets=clean.point_sets,
         cell_sets=cell_sets,
-        cell_data={"region": _outside(numbers, regions, inside, band)} if regions else None,
+        cell_data=cell_data,
         info=info,
     )
 
 
-def _beside(clean: meshio.Mesh, cut: Index) -> list[Index]:
-    """Elements of each block that touch a crack from its plus side, where it parts the body."""
-    split = insert_cracks(clean, cut)
+def _beside(split: meshio.Mesh) -> list[Index]:
+    """Elements of each block of a mesh with its crack that touch it from its plus side, where it parts the body."""
     crack = split.cells[-1]
     side = len(CELLS[split.cells[0].type].facets[0])
     is_minus = np.array(CELLS[crack.type].crack_columns) < side
     plus = np.setdiff1d(crack.data[:, ~is_minus], crack.data[:, is_minus])
     return [np.flatnonzero(np.isin(block.data, plus).any(axis=1)) for block in split.cells[:-1]]
+
+
+def _nearest_normals(split: meshio.Mesh, corners: Index) -> Array:
+    """Unit normals (n, d) of the crack cells nearest to the centres of elements with some corners (n, k)."""
+    crack, cell = split.cells[-1], CELLS[split.cells[-1].type]
+    faces = split.points[crack.data[:, cell.sides[0][: cell.facet_corners]]]
+    _, nearest = cKDTree(faces.mean(axis=1)).query(split.points[corners].mean(axis=1))
+    normal = directed_areas(faces)[nearest]
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 def _outside(numbers: Sequence[Index], regions: Sequence[str], inside: Sequence[Index], band: Blocks) -> list[Index]:

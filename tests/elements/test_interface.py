@@ -68,6 +68,15 @@ CRACKS = {
 }
 
 
+def test_sides_that_are_apart_have_the_line_between_them() -> None:
+    """The minus side level, the plus side rising by 1/2: the line rises by 1/4."""
+    points = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 1.0]])
+    sides = Interface.from_cells("quad", points, np.array([[0, 1, 2, 3]]), THICKNESS)
+    np.testing.assert_allclose(sides.normals, np.array([[-0.25, 1.0]] * 2) / np.hypot(1.0, 0.25))
+    np.testing.assert_allclose(sides.points, [[0.0, 0.5], [4.0, 1.5]])
+    assert sides.area == pytest.approx(THICKNESS * np.hypot(4.0, 1.0))
+
+
 @pytest.mark.parametrize("quadrature", QUADRATURES)
 @pytest.mark.parametrize("name", CRACKS)
 def test_jumps_of_crack_cells(name: str, quadrature: str) -> None:

@@ -40,6 +40,8 @@ def test_the_width_of_the_band_is_warned_of_and_refused() -> None:
         ({"band.width": 0.0}, r"^band.width = 0.0: expected a number above 0"),
         ({"band.where": "nowhere"}, r"^band.where = 'nowhere': expected"),
         ({"band.max_cracks": 4}, r"^band.max_cracks = 4: expected a number of at least 1 and at most 3"),
+        ({"band.max_cracks": 2}, r"^band.max_cracks = 2: a plane on the path is the only one; expected band.planes = 'princ"),
+        ({"band.threshold_angle": 30.0}, r"^band.threshold_angle = 30: a plane on the path is the only one"),
         ({"band.threshold_angle": 95.0}, r"^band.threshold_angle = 95.0: expected"),
         ({"model.half": True, "band.where": "everywhere"}, r"^model.half = true: cracks may form everywhere; expected false"),
         ({"stage.0.angle": 90.0}, r"^stage.0.angle = 90.0: this specimen is driven in one direction"),

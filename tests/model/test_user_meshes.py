@@ -164,3 +164,23 @@ def test_a_band_from_a_file_is_that_of_the_specimen(tmp_path: Path) -> None:
     data["specimen"] |= {"gauge_minus": "base", "gauge_plus": "top"}
     anywhere = run(Scene(data, tmp_path), "smeared")
     assert anywhere.full_energy is None and "dissipated: " in anywhere.summary()
+
+
+def test_a_band_beside_a_crack_has_its_planes_on_it(tmp_path: Path) -> None:
+    """The crack slants through the solid, which is pulled upright."""
+    solid = box("hexahedron", (2, 1, 2), SIZE)
+    level = solid.points[:, 2] == SIZE[2] / 2
+    solid.points[level, 2] += 0.2 * (solid.points[level, 0] - SIZE[0] / 2)
+    write(tmp_path / "box.inp", solid, crack=level)
+    with open(tmp_path / "box.inp", "a", encoding="utf-8") as file:
+        file.write("*ELSET, ELSET=PART\n1,2,3\n")
+    gauges = {"specimen__gauge_minus": "base", "specimen__gauge_plus": "top", "model__kind": "smeared"}
+    on_path = run(own(tmp_path, **gauges))
+    assert on_path.facts.departure == pytest.approx(0.0, abs=1e-5)
+    principal = run(own(tmp_path, **gauges, band__planes="principal"))
+    assert principal.facts.departure == pytest.approx(np.degrees(np.arctan(0.2)), abs=2.0)
+    # a set of elements follows no path
+    assert_refused(
+        own(tmp_path, **gauges, specimen__band="PART", band__planes="path"),
+        r"^band.planes = 'path': the elements of specimen.band follow no path; expected 'principal', or one row of them",
+    )

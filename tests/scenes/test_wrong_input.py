@@ -77,7 +77,12 @@ WRONG = {
     "band": (changed(band={"widht": 2.0}), r"band.widht: unknown key.*did you mean 'width'"),
     "band width": (changed(band={"width": -2.0}), r"band.width = -2.0: expected a number above 0"),
     "band place": (changed(band={"where": "here"}), r"band.where = 'here': expected 'path' or 'everywhere'"),
-    "band planes": (changed(band={"max_cracks": 4}), r"band.max_cracks = 4: expected a number of at least 1 and at most 3"),
+    "band cracks": (changed(band={"max_cracks": 4}), r"band.max_cracks = 4: expected a number of at least 1 and at most 3"),
+    "band planes": (changed(band={"planes": "free"}), r"band.planes = 'free': expected 'path' or 'principal'"),
+    "planes everywhere": (
+        changed(band={"planes": "path", "where": "everywhere"}),
+        r"band.planes = 'path': with where = 'everywhere' cracks follow no path; expected 'principal'",
+    ),
     "band angle": (changed(band={"threshold_angle": 0.0}), r"band.threshold_angle = 0.0: expected a number above 0"),
     "band tolerance": (changed(band={"tol": 1.0}), r"band.tol: this key is gone; expected none"),
     "tolerance": (changed(solver={"tol": 0.0}), r"solver.tol = 0.0: expected"),

@@ -28,7 +28,8 @@ def test_newton_converges_quadratically(beam: Scene) -> None:
     assert result.history["residual"].max() < 1e-11
 
 
-def test_newton_converges_quadratically_with_a_band(beam: Scene) -> None:
+@pytest.mark.parametrize("of", ["path", "principal"])
+def test_newton_converges_quadratically_with_a_band(beam: Scene, of: str) -> None:
     """In the steps that form no plane, by a constant that holds over the whole run (measured: 0.2)."""
     tails: list[list[float]] = []
     planes = [0]
@@ -38,7 +39,7 @@ def test_newton_converges_quadratically_with_a_band(beam: Scene) -> None:
         if planes[-1] == planes[-2]:
             tails.append(step.equilibrium.residuals)
 
-    run(beam.with_(**{"solver.tol": 1e-10, "stage.0.steps": 40}), model="smeared", on_step=keep)
+    run(beam.with_(**{"solver.tol": 1e-10, "stage.0.steps": 40, "band.planes": of}), model="smeared", on_step=keep)
     pairs = [(a, b) for residuals in tails for a, b in pairwise(residuals[1:]) if 1e-5 < a < 1e-3]
     assert len(pairs) >= 10 and planes[-1] > 5
     assert all(after < 2.0 * before**2 for before, after in pairs)

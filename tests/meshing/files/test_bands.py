@@ -268,3 +268,17 @@ def test_nothing_is_printed(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
     with pytest.raises(MeshError, match=r"text.msh'"):
         read_band_mesh(tmp_path / "text.msh", "MIDDLE")
     assert capfd.readouterr() == ("", "")  # one sentence is enough
+
+
+def test_elements_beside_a_crack_know_its_normal(tmp_path: Path) -> None:
+    """Along y = 2 and then up x = 2, the plus side inside the angle: three squares, the one in the corner either way."""
+    path = squares(tmp_path / "angle.inp", 4, 4, [])
+    mesh = read_band_mesh(path, crack=[[(0.0, 2.0), (2.0, 2.0), (2.0, 4.0)]])
+    assert list(mesh.cell_sets) == ["body", "band"]
+    body, band = mesh.cell_data["normal"]
+    assert not body.any()
+    normals = dict(zip(map(tuple, mesh.points[mesh.cells[1].data].mean(axis=1)), map(tuple, band), strict=True))
+    assert normals.pop((1.5, 2.5)) in normals.values()
+    assert normals == {(0.5, 2.5): (0.0, 1.0), (1.5, 3.5): (-1.0, 0.0)}
+    # a row tells by itself
+    assert "normal" not in read_band_mesh(path, crack=[[(0.0, 2.0), (4.0, 2.0)]]).cell_data
