@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ..elements.rotations import major_stress
 from .agreement import agreement_lines
 from .crushing import crushing
 from .measures import peak_text
@@ -23,9 +20,6 @@ _UNBALANCED = 0.05
 
 #: the width of the interface is felt in the curve if it adds more than this part to the elastic compliance
 _ADDED = 0.05
-
-#: the bulk would crack off the path if its major stress over ft is larger in more than this part of its volume
-_OVERLOADED, _OVERLOADED_SHARE = 1.5, 0.1
 
 
 def summary(data: RunData) -> str:
@@ -75,7 +69,7 @@ def warnings(data: RunData) -> list[str]:
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    found = (_soft_cracks(data), _overload(data), crushing(data), _locking(data.fields))
+    found = (_soft_cracks(data), crushing(data), _locking(data.fields))
     sentences += [warning for warning in found if warning]
     departure = data.facts.departure
     if departure > _DEPARTURE:
@@ -116,20 +110,3 @@ def _locking(fields: Fields) -> str:
     """A warning if elements of a band lock; empty if not."""
     locking = {block.kind for block in fields.band if block.element.has_constant_strain}
     return f"warning: first-order {locking.pop()} elements lock in a band: peak and energy are too high" if locking else ""
-
-
-def _overload(data: RunData) -> str:
-    """A warning if the bulk of a discrete model would crack off the path at the peak; empty if not."""
-    if data.is_smeared:
-        return ""
-    ft = data.scene.material.ft
-    frame = data.frame(data.peak_row)
-    over = np.concatenate([major_stress(stress) for stress in frame.stress]) / ft
-    volume = np.concatenate([block.volumes() for block in data.fields.bulk])
-    share = float(volume[over > _OVERLOADED].sum() / volume.sum())
-    if share < _OVERLOADED_SHARE:
-        return ""
-    return (
-        f"warning: at the peak the bulk is pulled beyond {_OVERLOADED:g} ft in {100 * share:.0f} % of its volume, up to "
-        f"{over.max():.2g} ft; it would crack off the given path"
-    )
