@@ -15,18 +15,19 @@ from meshing.paths import Line, Point, as_text, distance_to
 from ..errors import SceneError
 from ..scenes.scene import Scene
 from .body import Body
-from .crack import Crack, other_lines, trial_lines
+from .crack import Crack, other_lines, trial_lines, unit
 from .found import FoundPath, Vertex
 from .path_trial import PathTrial, run_trial
 
 #: no segment turns by more than this, radians
 LARGEST_TURN = math.radians(75.0)
 
-#: default segment and averaging radius, in sizes of elements along the crack
-_SEGMENT, _RADIUS = 4.0, 3.0
+#: default averaging radius: this part of E Gf/ft^2, at most this part of the shortest ligament; the segment over it, and how
+#: many elements along the crack both have at least
+_OF_LENGTH, _OF_LIGAMENT, _SEGMENT, _ELEMENTS = 0.07, 0.25, 2.0 / 3.0, 3.0
 
 #: passes over the whole path, and the part of a segment by which the last one may move it, straight ends left out
-_MOST_PASSES, _SETTLED = 6, 0.25
+_MOST_PASSES, _SETTLED = 8, 0.1
 
 #: turn between two trials for the direction without sliding, radians
 _PROBING = math.radians(10.0)
@@ -34,6 +35,9 @@ _PROBING = math.radians(10.0)
 #: part of a change of direction that a pass makes: the whole of it overshoots, for a crack that is off its way turns back by
 #: about twice the angle between them
 _RELAXATION = 0.5
+
+#: a pass that moves the path by more than this part of what the one before did oscillates
+_DAMPED = 0.7
 
 #: more segments than any path needs
 _MOST_SEGMENTS = 500
@@ -76,8 +80,12 @@ class Search:
         self.options, size = self.scene.grow, self.scene.sizes.crack_size
         outline = self.scene.specimen.outline()  # type: ignore[attr-defined]
         self.body = Body([list(outline.corners)], list(outline.slits))
-        self.segment = self.options.segment or _SEGMENT * size
-        self.radius = self.options.radius or _RADIUS * size
+        m = self.scene.material
+        ways = [self.body.first_hit(crack.tip, unit(crack.heading)) for crack in self.starts()]
+        ligament = min((hit.distance for hit in ways if hit is not None), default=self.body.size)
+        radius = min(_OF_LENGTH * m.E * m.Gf / m.ft**2, _OF_LIGAMENT * ligament)
+        self.radius = self.options.radius or max(radius, _ELEMENTS * size)
+        self.segment = self.options.segment or max(_SEGMENT * self.radius, _ELEMENTS * size)
 
     def starts(self) -> list[Crack]:
         """The cracks before they grow."""
@@ -165,20 +173,23 @@ class Search:
     def _judge(self, cracks: list[Crack]) -> tuple[list[Crack], PathTrial, int, float]:
         """Passes over the whole path, until one moves it by little: the cracks, the last pass, their number, and by how much
         it would move the path, mm."""
+        part, before = _RELAXATION, math.inf
         for number in count(1):
             tips = [tip for crack in cracks for tip in zip(crack.points[:-1], crack.headings[:-1], strict=True)]
             trial = self._try([list(crack.points) for crack in cracks], tips, whole=True)
             if self.options.criterion == "symmetry":  # its directions were tried one by one
                 return cracks, trial, number, 0.0
-            judged = self._redirected(cracks, trial)
+            judged = self._redirected(cracks, trial, _RELAXATION)
             moved = max(_movement(new, old) for new, old in zip(judged, cracks, strict=True))
             if moved < _SETTLED * self.segment or number == _MOST_PASSES:
                 return cracks, trial, number, moved
-            cracks = judged
+            part = 0.5 * part if moved > _DAMPED * before else part  # it oscillates: halfway between
+            before = moved
+            cracks = judged if part == _RELAXATION else self._redirected(cracks, trial, part)
         raise AssertionError  # counting does not end
 
-    def _redirected(self, cracks: list[Crack], trial: PathTrial) -> list[Crack]:
-        """The cracks with the directions that a run along the whole of them tells. Those that end at another one come last."""
+    def _redirected(self, cracks: list[Crack], trial: PathTrial, part: float) -> list[Crack]:
+        """The cracks whose directions change by a part of what a run along the whole of them tells. Those that end at another one come last."""
         verdicts = iter(zip(trial.probes, trial.critical, strict=True))
         headings: list[list[float | None]] = []
         for crack in cracks:
@@ -188,7 +199,7 @@ class Search:
                 turn, stress = (0.0, 0.0) if critical is None else probe.strongest(critical.reading, LARGEST_TURN)
                 is_clear = critical is not None and probe.is_clear(critical.reading, turn, stress)
                 old = crack.headings[len(headings[-1]) + 1]
-                headings[-1].append(old + _RELAXATION * (probe.heading + turn - old) if is_clear else None)
+                headings[-1].append(old + part * (probe.heading + turn - old) if is_clear else None)
         regrown: dict[int, Crack] = {}
         for i in sorted(range(len(cracks)), key=lambda i: cracks[i].end == "another crack"):
             others: list[Line] = [list(other.points) for other in regrown.values()]
