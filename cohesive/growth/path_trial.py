@@ -34,7 +34,7 @@ _FALLEN = 0.97
 #: tips whose stress has come so near to that of the first one grow with it
 _TOGETHER = 0.97
 
-#: steps of a trial up to shortly before the state in which a tip will be critical, as the tip before or the elastic stress tells
+#: steps of a trial up to shortly before a tip will be critical, as the tip before or the elastic stress tells
 _RUN_UP, _SHORTLY_BEFORE = 6, 0.6
 
 #: factor from one step to the next from there on: steps that follow the tip, not the stage, whose first one may pass the peak
@@ -128,7 +128,8 @@ def _march(trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene
         for new in _states(trial, model, stages, scene, largest_turn):
             for states, state in zip(seen, new, strict=True):
                 states.append(state)
-            due = {i: critical for i, states in enumerate(seen) if trial.critical[i] is None and (critical := _due(states, ft))}
+            pending = [i for i, critical in enumerate(trial.critical) if critical is None]
+            due = {i: critical for i in pending if (critical := _due(seen[i], ft))}
             for i, critical in due.items():
                 trial.critical[i] = critical
             if due and not trial.is_whole:  # with the first one go those that are nearly as near

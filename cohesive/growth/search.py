@@ -14,7 +14,7 @@ from meshing.paths import Line, Point, as_text, distance_to
 
 from ..errors import SceneError
 from ..scenes.scene import Scene
-from .body import Body
+from .body import FACE, Body
 from .crack import Crack, other_lines, trial_lines, unit
 from .found import FoundPath, Vertex
 from .path_trial import PathTrial, run_trial
@@ -38,6 +38,15 @@ _RELAXATION = 0.5
 
 #: a pass that moves the path by more than this part of what the one before did oscillates
 _DAMPED = 0.7
+
+#: a crack that is nearer to the face ahead than so many radii goes on straight, for the compression there turns the field
+_LAST_RADII, _LAST = 1.5, "it is near the face ahead"
+
+#: no segment before it is shorter than this part of the others, nor longer than that
+_SLIVER, _LONGEST = 0.25, 1.5
+
+#: why else its direction is fixed
+_UNCLEAR = "the stresses ahead favour no direction"
 
 #: more segments than any path needs
 _MOST_SEGMENTS = 500
@@ -124,16 +133,31 @@ class Search:
                     continue
                 before, others = critical.control, other_lines(cracks, i)
                 turn, stress = probe.strongest(critical.reading, LARGEST_TURN)
-                if probe.is_clear(critical.reading, turn, stress):
+                if self._is_last(cracks[i].tip, cracks[i].heading) and len(cracks[i].points) > 1:
+                    cracks[i] = cracks[i].with_fixed_direction(_LAST, self.segment, self.body, others)
+                elif probe.is_clear(critical.reading, turn, stress):
                     if self.options.criterion == "symmetry":
                         turn = self._without_sliding(cracks, i, turn, before)
-                    cracks[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, others)
+                    cracks[i] = self._grown(cracks[i], cracks[i].heading + turn, others)
                 else:
-                    cracks[i] = cracks[i].with_fixed_direction(
-                        "the stresses ahead favour no direction", self.segment, self.body, others
-                    )
+                    cracks[i] = cracks[i].with_fixed_direction(_UNCLEAR, self.segment, self.body, others)
         says = f" = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones"
         raise SceneError.at("grow.segment", says)
+
+    def _is_last(self, tip: Point, heading: float) -> bool:
+        """Whether a crack is so near to the face ahead that it goes on straight."""
+        return self._way(tip, heading) < _SLIVER * self.segment
+
+    def _way(self, tip: Point, heading: float) -> float:
+        """How far it is to the stretch before a face on which a crack goes on straight, mm; infinite without a face."""
+        hit = self.body.first_hit(tip, unit(heading))
+        return math.inf if hit is None or hit.what != FACE else hit.distance - _LAST_RADII * self.radius
+
+    def _grown(self, crack: Crack, heading: float, others: Sequence[Line]) -> Crack:
+        """A crack with one more segment, which ends where the last stretch begins if it would come near."""
+        way = self._way(crack.tip, heading)
+        segment = way if _SLIVER * self.segment < way < _LONGEST * self.segment else self.segment
+        return crack.grown(heading, segment, self.body, others)
 
     def _without_sliding(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
         """The turn, radians, with which a crack does not slide at the tip of its next segment: by two trials, the first with
@@ -189,7 +213,8 @@ class Search:
         raise AssertionError  # counting does not end
 
     def _redirected(self, cracks: list[Crack], trial: PathTrial, part: float) -> list[Crack]:
-        """The cracks whose directions change by a part of what a run along the whole of them tells. Those that end at another one come last."""
+        """The cracks whose directions change by a part of what a run along the whole of them tells. Those that end at another
+        one come last."""
         verdicts = iter(zip(trial.probes, trial.critical, strict=True))
         headings: list[list[float | None]] = []
         for crack in cracks:
@@ -198,6 +223,7 @@ class Search:
                 probe, critical = next(verdicts)
                 turn, stress = (0.0, 0.0) if critical is None else probe.strongest(critical.reading, LARGEST_TURN)
                 is_clear = critical is not None and probe.is_clear(critical.reading, turn, stress)
+                is_clear &= not headings[-1] or not self._is_last(probe.tip, probe.heading)
                 old = crack.headings[len(headings[-1]) + 1]
                 headings[-1].append(old + part * (probe.heading + turn - old) if is_clear else None)
         regrown: dict[int, Crack] = {}
@@ -212,11 +238,10 @@ class Search:
         known = [i for i, heading in enumerate(headings) if heading is not None]
         for i in count():
             if i > max(known, default=-1):
-                return new.with_fixed_direction(
-                    crack.why or "the stresses ahead favour no direction", self.segment, self.body, others
-                )
+                why = _LAST if self._is_last(new.tip, new.heading) else crack.why or _UNCLEAR
+                return new.with_fixed_direction(why, self.segment, self.body, others)
             heading = headings[i]
-            new = new.grown(crack.headings[i + 1] if heading is None else heading, self.segment, self.body, others)
+            new = self._grown(new, crack.headings[i + 1] if heading is None else heading, others)
             if new.end:
                 return new
         raise AssertionError  # counting does not end
