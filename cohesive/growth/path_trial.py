@@ -116,15 +116,16 @@ def run_trial(
     probes = [Probe.from_tip(stress, tip, heading, radius) for tip, heading in tips]
     nothing = [probe.nothing for probe in probes]
     trial = PathTrial(lines, probes, [None] * len(tips), nothing, 0.0, model.timings["mesh"], not first_only)
-    _march(trial, model, _stages(trial, model, scene, before), scene, largest_turn)
+    _march(trial, model, scene, before, largest_turn)
     return trial
 
 
-def _march(trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene, largest_turn: float) -> None:
+def _march(trial: PathTrial, model: Model, scene: Scene, before: float | None, largest_turn: float) -> None:
     """Fill a trial step by step."""
     ft = scene.material.ft
     seen: list[list[TipState]] = [[] for _ in trial.probes]
     try:
+        stages = _stages(trial, model, scene, before)
         for new in _states(trial, model, stages, scene, largest_turn):
             for states, state in zip(seen, new, strict=True):
                 states.append(state)
@@ -212,11 +213,20 @@ def _stages(trial: PathTrial, model: Model, scene: Scene, before: float | None) 
     if last <= 0:
         return scene.stages
     if before is None:
-        elastic = replace(stage, to=_ELASTIC * last, step=None, steps=1, until=None, unload=None)
-        (seen,) = _states(replace(trial), model, [elastic], scene, math.pi)
-        most = max(state.stress for state in seen) / scene.material.ft
-        before = 10 * _ELASTIC * last if control_of(stage.control).begins_at_onset or most <= 0 else _ELASTIC * last / most
+        before = _elastic_estimate(trial, model, scene, stage)
     start = min(_SHORTLY_BEFORE * before, last)
     further = start * _FACTOR ** np.arange(1, math.ceil(math.log(last / start) / math.log(_FACTOR)))
     targets = [*np.linspace(0.0, start, _RUN_UP + 1)[1:].tolist(), *further[further < last].tolist(), last]
     return [replace(stage, to=targets, step=None, steps=1, unload=None)]
+
+
+def _elastic_estimate(trial: PathTrial, model: Model, scene: Scene, stage: Stage) -> float:
+    """What a stage controls when the elastic stress ahead of the first tip is the strength; of a control that is zero as long
+    as the body is elastic, a small part of its target."""
+    last = max(stage.targets)
+    if control_of(stage.control).begins_at_onset:
+        return 10 * _ELASTIC * last
+    elastic = replace(stage, to=_ELASTIC * last, step=None, steps=1, until=None, unload=None)
+    seen = next(_states(replace(trial), model, [elastic], scene, math.pi))
+    most = max(state.stress for state in seen)
+    return seen[0].control * scene.material.ft / most if most > 0 else last
