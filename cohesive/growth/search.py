@@ -88,7 +88,7 @@ class Search:
         assert self.scene.grow is not None and self.scene.sizes is not None
         self.options, size = self.scene.grow, self.scene.sizes.crack_size
         outline = self.scene.specimen.outline()  # type: ignore[attr-defined]
-        self.body = Body([list(outline.corners)], list(outline.slits))
+        self.body = Body([list(outline.corners), *map(list, outline.holes)], list(outline.slits))
         m = self.scene.material
         ways = [self.body.first_hit(crack.tip, unit(crack.heading)) for crack in self.starts()]
         ligament = min((hit.distance for hit in ways if hit is not None), default=self.body.size)

@@ -232,13 +232,12 @@ def _straight_crack(data: RunData, place: Array, across: Array, slack: float) ->
     if not specimen.has_outline or len(place) == 3:
         return []
     outline = specimen.outline(half=False)  # type: ignore[attr-defined]
-    body = Body([list(outline.corners)], list(outline.slits))
+    body = Body([list(outline.corners), *map(list, outline.holes)], list(outline.slits))
     at, heading = (float(place[0]), float(place[1])), np.array([-across[1], across[0]])
     ends = [hit.point for sense in (-heading, heading) if (hit := body.first_hit(at, sense)) is not None]
     named = [point for group in outline.nodes.values() for point in group]
     ends = [next((p for p in named if math.dist(p, end) < slack), end) for end in ends]  # no sliver of an element beside it
-    face = [*outline.corners, outline.corners[0]]
-    return [at, *ends[:1]] if body.is_on(at, face) else ends
+    return [at, *ends[:1]] if any(body.is_on(at, [*face, face[0]]) for face in body.faces) else ends
 
 
 def _load_where(loads: Array, pulls: Array, ft: float) -> float:

@@ -77,7 +77,7 @@ def _mesh_faces(
 ) -> tuple[list[meshio.CellBlock], tuple[str, Index], Array]:
     """Bulk blocks, the block of the band in the order of the path, and the nodes' coordinates; some nodes are not used."""
     with session() as gmsh:
-        face = add_face(gmsh, outline.corners)
+        face = add_face(gmsh, outline.corners, outline.holes)
         tools = [(2, tag) for strip in strips for tag in _add_strip(gmsh, strip)]
         n_faces = len(tools)
         tools += [line for slit in outline.slits for line in add_lines(gmsh, slit)]

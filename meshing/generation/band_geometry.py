@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import MeshError
-from ..paths import Line, Point, nodes_on_segment, path_length
+from ..paths import Line, Point, contains, nodes_on_segment, path_length
 from .clipping import part_inside
 from .outline import Outline
 
@@ -129,7 +129,7 @@ def _end(outline: Outline, end: Array, normal: Array, width: float, slack: float
                         f"{_STEEPEST:g} degrees from the notch's direction for a band"
                     )
                 return end, across
-    if not _contains(outline.corners, end):
+    if not contains(outline.corners, end):
         raise MeshError(f"the crack path ends outside the body, at {_at(end)}: expected an end inside it or on its outline")
     return end, normal
 
@@ -225,7 +225,7 @@ def _check_apart(strips: Sequence[Strip], width: float, slack: float) -> None:
 
 def _check_inside(outline: Outline, strips: Sequence[Strip], width: float, slack: float) -> None:
     """Refuse a row that leaves the body or runs into a notch; MeshError."""
-    edges = np.array(list(_edges(outline.corners)))
+    edges = np.array(outline.sides)
     for strip in strips:
         known = np.concatenate([strip.minus, strip.plus])
         # a corner of the body on the side of a row would divide that side
@@ -234,7 +234,7 @@ def _check_inside(outline: Outline, strips: Sequence[Strip], width: float, slack
             out = [part_inside(edge, face, -slack) for edge in edges]
             out += [part_inside(p[None], face, slack) for p in loose]
             centre = face.mean(axis=0)
-            out.append(np.empty((0, 2)) if _contains(outline.corners, centre) else centre[None])
+            out.append(np.empty((0, 2)) if contains(outline.corners, centre) else centre[None])
             for part in out:
                 if len(part):
                     raise _width_error(
@@ -264,16 +264,6 @@ def _is_notch(corners: Line, i: int) -> bool:
     directions = [b - a for a, b in _edges(corners)]
     before, here, after = (directions[j % len(directions)] for j in (i - 1, i, i + 1))
     return all(float(u[0] * v[1] - u[1] * v[0]) < 0 for u, v in ((before, here), (here, after)))
-
-
-def _contains(corners: Line, point: Array) -> bool:
-    """Whether a point lies inside an outline."""
-    inside = False
-    for a, b in _edges(corners):
-        if (a[1] > point[1]) != (b[1] > point[1]):
-            crossing = a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
-            inside ^= bool(crossing > point[0])
-    return inside
 
 
 def _on(point: Array, a: Array, b: Array, slack: float) -> bool:
