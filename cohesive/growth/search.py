@@ -270,7 +270,14 @@ class Search:
             where = ", ".join(as_text(np.round(tip, 2)) for tip in self.unseen)
             notes.append(f"warning: the path follows the stress at {where}, for no trial opens ahead of it")
         if moved >= _SETTLED * self.segment:
-            notes.append(f"warning: after {passes} passes the path still moves by {moved:.2g} mm")
+            ends = [
+                f"{' and '.join(as_text(np.round(line[-1], 2)) for line in trial.lines)} with a peak of {trial.peak:.5g} N"
+                for trial in [trial for trial in self.trials if trial.is_whole][-2:]
+            ]
+            notes.append(
+                f"warning: after {passes} passes the path still moves by {moved:.2g} mm; the last two end at "
+                + ", at ".join(ends)
+            )
         return notes
 
     def _found(self, lines: list[Line], vertices: list[Vertex], notes: list[str], clock: float) -> FoundPath:
