@@ -38,7 +38,8 @@ _TOO_MUCH = 1.1
 #: of the largest load, below which the tail of a curve is not looked at: what cracks there does not change the peak
 _PART_OF_PEAK = 0.5
 
-#: a place is free to lie elsewhere if the body is pulled there as at the crack, within this part, until it cracks
+#: a place is free to lie elsewhere if the body is pulled there as at the crack, within this part, in the first step and in
+#: the last one before the place is pulled beyond ft
 _EVEN = 0.1
 
 
@@ -111,9 +112,10 @@ def off_path(data: RunData) -> OffPath | None:
     pulls = major_stress(values)
     across = np.linalg.eigh(stress_tensor(values[fields.rows == row]))[1][0, :, -1]
     before = max(int((pulls > m.ft).argmax()) - 1, int(fields.rows[0] == 0))  # the last one in which it is below ft
-    first = int(fields.rows[before])
-    pull = np.where(body.is_at_crack & ~beside_loads(data, body.places), body.pull(fields.displaced(first)), 0.0)
-    at_crack = major_stress(body.means(int(pull.argmax())))[before]
+    first = int(fields.rows[0] == 0)  # a step in which little has cracked
+    pull = body.pull(fields.displaced(int(fields.rows[first])))
+    at_crack = major_stress(body.means(int(np.where(body.is_at_crack & ~beside_loads(data, body.places), pull, 0.0).argmax())))
+    is_even = all(abs(at_crack[i] - pulls[i]) < _EVEN * pulls[i] for i in (first, before))
     return OffPath(
         body.places[place],
         across,
@@ -122,7 +124,7 @@ def off_path(data: RunData) -> OffPath | None:
         _load_where(data.history["load"][fields.rows], pulls, m.ft),
         float(body.radius[place]),
         _straight_crack(data, body.places[place], across, body.reach / _ELEMENTS_OFF),
-        bool(abs(at_crack / pulls[before] - 1.0) < _EVEN),
+        is_even,
     )
 
 

@@ -76,3 +76,27 @@ def test_an_even_moment_leaves_the_place_free() -> None:
 @pytest.mark.parametrize("name", ["push-off", "notched-beam", "four-point-beam", "nooru-mohamed-4b", "single-crack"])
 def test_of_the_built_in_scenes_push_off_alone_speaks(name: str) -> None:
     assert (run(Scene.load(name).with_(**{"output.frames": 0})).off_path is not None) == (name == "push-off")
+
+
+def test_the_edge_of_a_hole_beside_the_path_speaks() -> None:
+    """A hole of 30 mm whose edge is 25 mm beside the path of a beam: its top is pulled beyond ft, and a crack from it would
+    run to the upper face."""
+    specimen = {
+        "kind": "outline",
+        "thickness": 150.0,
+        "corners": [[-275, 0], [275, 0], [275, 150], [-275, 150]],
+        "notches": [[0, 0], [0, 25]],
+        "holes": [{"center": [40.0, 30.0], "radius": 15.0}],
+        "supports": [{"at": [-250, 0], "direction": [0, 1]}, {"at": [-250, 0], "direction": [1, 0]},
+                     {"at": [250, 0], "direction": [0, 1]}],
+        "drive": {"at": [0, 150], "direction": [0, -1]},
+        "gauge_minus": [-10, 0],
+        "gauge_plus": [10, 0],
+        "crack": [[0, 25], [0, 150]],
+    }  # fmt: skip
+    stage = [{"control": "opening", "to": 0.1, "steps": 15}]
+    changes = {"specimen": specimen, "mesh": {"crack_size": 5.0, "order": 2}, "stage": stage}
+    off = run(Scene(eccentric().data | changes)).off_path
+    assert off is not None and not off.is_even and 1.1 < off.times < 1.5
+    assert off.place == pytest.approx([40.0, 45.0], abs=5.0)
+    assert max(y for _, y in off.line) == pytest.approx(150.0)
