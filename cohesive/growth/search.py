@@ -122,6 +122,9 @@ class Search:
         """Segment by segment, until each crack has met something."""
         before: float | None = None
         for _ in range(_MOST_SEGMENTS):
+            for i, crack in enumerate(cracks):
+                if not crack.end and len(crack.points) > 1 and self._is_last(crack.tip, crack.heading):
+                    cracks[i] = crack.with_fixed_direction(_LAST, self.segment, self.body, other_lines(cracks, i))
             growing = [i for i, crack in enumerate(cracks) if not crack.end]
             if not growing:
                 return cracks
@@ -133,9 +136,7 @@ class Search:
                     continue
                 before, others = critical.control, other_lines(cracks, i)
                 turn, stress = probe.strongest(critical.reading, LARGEST_TURN)
-                if self._is_last(cracks[i].tip, cracks[i].heading) and len(cracks[i].points) > 1:
-                    cracks[i] = cracks[i].with_fixed_direction(_LAST, self.segment, self.body, others)
-                elif probe.is_clear(critical.reading, turn, stress):
+                if probe.is_clear(critical.reading, turn, stress):
                     if self.options.criterion == "symmetry":
                         turn = self._without_sliding(cracks, i, turn, before)
                     cracks[i] = self._grown(cracks[i], cracks[i].heading + turn, others)
