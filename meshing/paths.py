@@ -29,6 +29,16 @@ def signed_area(corners: Line) -> float:
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
+def contains(corners: Line, point: Sequence[float] | Array) -> bool:
+    """Whether a point lies inside a polygon."""
+    inside = False
+    for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
+        if (a[1] > point[1]) != (b[1] > point[1]):
+            crossing = a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+            inside ^= bool(crossing > point[0])
+    return inside
+
+
 def path_length(name: str, lines: Sequence[Line]) -> float:
     """Total length of polylines.
 

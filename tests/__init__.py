@@ -13,6 +13,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     fitting/test_fit.py                      intervals from noise and known scatter, shared numbers, the choice of a curve
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path repeated, from a face, from a .geo file, on turned meshes, from two notches
+    growth/test_settled.py                   finer meshes, segments and steps; a beam with a hole
     measured/test_reading.py                 a million rows
     measured/test_random_tables.py           450 of 500 random tables
     meshing/files/test_random_meshes.py      200 random meshes, 500 damaged ones

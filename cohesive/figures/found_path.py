@@ -57,8 +57,8 @@ def save_path(found: FoundPath, title: str, path: Path) -> None:
 
 def draw_path(axes: Axes, found: FoundPath) -> None:
     """Outline, trial paths and found paths."""
-    for face in found.faces:
-        axes.fill(*np.asarray(face, dtype=float).T, facecolor="0.93", edgecolor="0.5", linewidth=0.8)
+    for i, face in enumerate(found.faces):  # the outer one, then those of holes
+        axes.fill(*np.asarray(face, dtype=float).T, facecolor="white" if i else "0.93", edgecolor="0.5", linewidth=0.8)
     for i, slit in enumerate(found.slits):
         axes.plot(*np.asarray(slit).T, "k-", linewidth=1.6, label="notch" if i == 0 else None)
     label: str | None = "trial paths"

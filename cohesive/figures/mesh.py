@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,23 +22,27 @@ from .solid import on_axes, seen_faces, seen_ratio, solid_axes
 
 if TYPE_CHECKING:
     from ..model.mesh import CrackedMesh
+    from ..results.run_data import OffPath
     from ..scenes.scene import Scene
 
 _BODY, _BAND, _CRACK = "#eef1f4", "#f6c9a8", "C3"
+
+#: where the bulk is pulled beyond its strength
+_PULLED: dict[str, Any] = {"linestyle": "none", "marker": "*", "color": "C1", "markersize": 13, "markeredgecolor": "k"}
 
 #: margin around the body for its marks, as a part of its larger side
 _MARGIN = 0.14
 
 
-def save_mesh(scene: Scene, mesh: CrackedMesh, path: Path) -> None:
-    """Draw the mesh of a scene with its crack or band, and its marks."""
-    figure = _solid_figure(scene, mesh) if mesh.dimension == 3 else _plane_figure(scene, mesh)
+def save_mesh(scene: Scene, mesh: CrackedMesh, path: Path, off_path: OffPath | None = None) -> None:
+    """Draw the mesh of a scene with its crack or band, its marks, and the place off the path that is pulled too much."""
+    figure = _solid_figure(scene, mesh, off_path) if mesh.dimension == 3 else _plane_figure(scene, mesh, off_path)
     half = ["one half of the body"] if scene.model.half else []
     set_title(figure, scene.title, *half)
     save(figure, path, scene.output)
 
 
-def _plane_figure(scene: Scene, mesh: CrackedMesh) -> Figure:
+def _plane_figure(scene: Scene, mesh: CrackedMesh, off_path: OffPath | None) -> Figure:
     points = mesh.points
     span = np.ptp(points, axis=0) + 2 * _MARGIN * float(np.ptp(points, axis=0).max())
     ratio = float(span[1] / span[0])
@@ -62,8 +66,14 @@ def _plane_figure(scene: Scene, mesh: CrackedMesh) -> Figure:
         lines = [np.array(line) for line in scene.specimen.paths]
         axes.add_collection(LineCollection(lines, colors=_CRACK, linewidths=0.8, label="crack path"))
     draw_marks(axes, marks(scene.specimen, mesh, scene.model.plane, scene.model.half), points)
+    if off_path is not None:
+        axes.plot(*off_path.place, label=_passes(off_path), zorder=5, **_PULLED)
     _finish(axes, ratio)
     return figure
+
+
+def _passes(off_path: OffPath) -> str:
+    return f"{off_path.times:.2g} ft off the path"
 
 
 def _finish(axes: Axes, ratio: float) -> None:
@@ -81,7 +91,7 @@ def _finish(axes: Axes, ratio: float) -> None:
         plain_legend(figure, axes, loc="outside lower center", ncols=columns, fontsize="small", borderaxespad=0.0)
 
 
-def _solid_figure(scene: Scene, mesh: CrackedMesh) -> Figure:
+def _solid_figure(scene: Scene, mesh: CrackedMesh, off_path: OffPath | None) -> Figure:
     points = mesh.points
     height = float(np.clip(7.0 * seen_ratio(points) + 2.2, 4.0, 7.6))
     figure = new_figure(8.5, height)
@@ -94,6 +104,8 @@ def _solid_figure(scene: Scene, mesh: CrackedMesh) -> Figure:
     if mesh.faces is not None:
         _draw_crack(axes, points[mesh.minus_faces])
     draw_solid_marks(axes, marks(scene.specimen, mesh, scene.model.plane, scene.model.half), points)
+    if off_path is not None:
+        axes.plot(*on_axes(off_path.place[None]).T, label=_passes(off_path), zorder=5, **_PULLED)
     plain_legend(figure, axes, loc="lower center", ncols=4, fontsize="small")
     return figure
 

@@ -29,7 +29,8 @@ def write_pictures(data: RunData, folder: Path) -> list[str]:
         If a file cannot be written.
     """
     notes = []
-    draws = (partial(save_mesh, data.scene, data.fields.mesh), partial(save_curve, data), partial(save_deformed, data))
+    mesh = partial(save_mesh, data.scene, data.fields.mesh, off_path=data.off_path)
+    draws = mesh, partial(save_curve, data), partial(save_deformed, data)
     for name, draw in zip(PICTURES, draws, strict=True):
         path = folder / name
         if not data.steps and name != "mesh.png":

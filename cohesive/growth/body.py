@@ -15,6 +15,9 @@ from ..arrays import Array
 #: what lies nearer to a tip than this part of the size of the body is the tip itself
 _SLACK = 1e-7
 
+#: name of what a crack meets at the outer face
+FACE = "the face"
+
 
 @dataclass(frozen=True)
 class Hit:
@@ -38,7 +41,7 @@ class Body:
 
     Attributes
     ----------
-    faces : closed polygons: the outer face and those of holes
+    faces : closed polygons: the outer face, then those of holes
     slits : notches without width
     """
 
@@ -58,7 +61,8 @@ class Body:
         heading : (2,) array, unit vector
         cracks : polylines of other cracks
         """
-        obstacles = [*(("the face", [*face, face[0]]) for face in self.faces), *(("a notch", slit) for slit in self.slits)]
+        obstacles: list[tuple[str, Line]] = [("a hole" if i else FACE, [*face, face[0]]) for i, face in enumerate(self.faces)]
+        obstacles += [("a notch", slit) for slit in self.slits]
         obstacles += [("another crack", line) for line in cracks]
         best: tuple[float, str] | None = None
         for what, line in obstacles:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,14 +25,23 @@ from .stress import NodalStress, Probe, Reading
 #: that goes on straight ahead keeps it from reaching all of it
 CRITICAL = 0.9
 
-#: or if it has been more than this part and falls again: a path that goes the right way is relieved by its cohesive zone
+#: or where it is largest, if that is more than this part: a path that goes the right way is relieved by its cohesive zone
 NEARLY_CRITICAL = 0.6
+
+#: the largest one is passed when the stress has fallen to this part of it
+_FALLEN = 0.97
 
 #: tips whose stress has come so near to that of the first one grow with it
 _TOGETHER = 0.97
 
-#: steps of a trial up to shortly before the state in which the tip before was critical
-_RUN_UP, _SHORTLY_BEFORE = 6, 0.8
+#: steps of a trial up to shortly before a tip will be critical, as the tip before or the elastic stress tells
+_RUN_UP, _SHORTLY_BEFORE = 6, 0.6
+
+#: factor from one step to the next from there on: steps that follow the tip, not the stage, whose first one may pass the peak
+_FACTOR = 1.12
+
+#: of the last target: a first step that is elastic
+_ELASTIC = 1e-4
 
 
 @dataclass(frozen=True)
@@ -71,6 +80,7 @@ class PathTrial:
     probes : one ahead of each tip
     critical : of each tip; None: it was never critical
     at_peak : reading ahead of each tip at the largest load
+    peak : the largest load, N
     mesh_seconds : of meshing
     is_whole : whether it ran to the end, for all tips
     ended : why the run ended early; empty if it did not
@@ -80,6 +90,7 @@ class PathTrial:
     probes: list[Probe]
     critical: list[TipState | None]
     at_peak: list[Reading]
+    peak: float = 0.0
     mesh_seconds: float = 0.0
     is_whole: bool = False
     ended: str = ""
@@ -104,45 +115,85 @@ def run_trial(
     stress = NodalStress.from_blocks(model.bulk)
     probes = [Probe.from_tip(stress, tip, heading, radius) for tip, heading in tips]
     nothing = [probe.nothing for probe in probes]
-    trial = PathTrial(lines, probes, [None] * len(tips), nothing, model.timings["mesh"], not first_only)
-    _march(trial, model, _stages(scene.stages, first_only, before), scene, largest_turn)
+    trial = PathTrial(lines, probes, [None] * len(tips), nothing, 0.0, model.timings["mesh"], not first_only)
+    _march(trial, model, scene, before, largest_turn)
     return trial
 
 
-def _march(trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene, largest_turn: float) -> None:
+def _march(trial: PathTrial, model: Model, scene: Scene, before: float | None, largest_turn: float) -> None:
     """Fill a trial step by step."""
-    control = control_of(scene.stages[0].control)
-    old = [TipState(probe.nothing, 0.0, 0.0, 0.0, 0.0, math.nan) for probe in trial.probes]
-    most, last = list(old), list(old)
-    peak = 0.0
-    target = CRITICAL * scene.material.ft
+    ft = scene.material.ft
+    seen: list[list[TipState]] = [[] for _ in trial.probes]
     try:
-        stepper = solve(model.problem, stages, model.recorded, scene.solver.step_growth)
-        for step in stepper:
-            record = stepper.record(step.equilibrium.state)
-            displacement = model.condensation.recover(step.equilibrium.state.v)
-            numbers = record["load"], record["opening"], control.value(stepper.problem, step.equilibrium.state)
-            values = model.cracks.point_values(step.equilibrium.state)
-            readings = [probe.read(displacement) for probe in trial.probes]
-            new = [
-                TipState(
-                    reading, probe.strongest(reading, largest_turn)[1], *numbers, _slide(probe, model.cracks.where, values)
-                )
-                for probe, reading in zip(trial.probes, readings, strict=True)
-            ]
-            if abs(record["load"]) > peak:  # of either sign: what is pushed may split
-                peak, trial.at_peak = abs(record["load"]), readings
-            for i, critical in _reached(old, new, target, not trial.is_whole).items():
-                trial.critical[i] = trial.critical[i] or critical
-            if all(trial.critical) or (any(trial.critical) and not trial.is_whole):
+        stages = _stages(trial, model, scene, before)
+        for new in _states(trial, model, stages, scene, largest_turn):
+            for states, state in zip(seen, new, strict=True):
+                states.append(state)
+            pending = [i for i, critical in enumerate(trial.critical) if critical is None]
+            due = {i: critical for i in pending if (critical := _due(seen[i], ft))}
+            for i, critical in due.items():
+                trial.critical[i] = critical
+            if due and not trial.is_whole:  # with the first one go those that are nearly as near
+                first = min(due, key=lambda i: due[i].control)
+                for i, states in enumerate(seen):
+                    then = min(states, key=lambda state: abs(state.control - due[first].control))
+                    trial.critical[i] = due[i] if i in due else then if then.stress >= _TOGETHER * due[first].stress else None
                 return
-            most = [max(pair, key=lambda seen: seen.stress) for pair in zip(most, new, strict=True)]
-            old = last = new
+            if all(trial.critical):
+                return
     except NotConverged as error:
         trial.ended = str(error)
-    for i, (top, end) in enumerate(zip(most, last, strict=True)):  # stress that has passed its largest value
-        if trial.critical[i] is None and end.stress < top.stress and top.stress > NEARLY_CRITICAL * scene.material.ft:
-            trial.critical[i] = top
+    for i, states in enumerate(seen):
+        trial.critical[i] = trial.critical[i] or _due([*states, replace(states[-1], stress=0.0)] if states else [], ft)
+
+
+def _states(
+    trial: PathTrial, model: Model, stages: Sequence[Stage], scene: Scene, largest_turn: float
+) -> Iterator[list[TipState]]:
+    """What the tips of a trial see in one state after the other; it keeps the readings at the peak."""
+    control = control_of(scene.stages[0].control)
+    stepper = solve(model.problem, stages, model.recorded, scene.solver.step_growth)
+    for step in stepper:
+        record = stepper.record(step.equilibrium.state)
+        displacement = model.condensation.recover(step.equilibrium.state.v)
+        numbers = record["load"], record["opening"], control.value(stepper.problem, step.equilibrium.state)
+        values = model.cracks.point_values(step.equilibrium.state)
+        readings = [probe.read(displacement) for probe in trial.probes]
+        if abs(record["load"]) > trial.peak:  # of either sign: what is pushed may split
+            trial.peak, trial.at_peak = abs(record["load"]), readings
+        yield [
+            TipState(reading, probe.strongest(reading, largest_turn)[1], *numbers, _slide(probe, model.cracks.where, values))
+            for probe, reading in zip(trial.probes, readings, strict=True)
+        ]
+
+
+def _due(states: list[TipState], ft: float) -> TipState | None:
+    """The state in which a tip becomes critical: its stress reaches .9 ft, or else is largest, between the states; None if it
+    is not yet known to be."""
+    if not states:
+        return None
+    target, new = CRITICAL * ft, states[-1]
+    if new.stress >= target:
+        if len(states) == 1:
+            return new
+        old = states[-2]
+        return old.towards(new, (target - old.stress) / (new.stress - old.stress))
+    top = max(range(len(states)), key=lambda i: states[i].stress)
+    most = states[top].stress
+    if most < NEARLY_CRITICAL * ft or new.stress > _FALLEN * most or top == 0:
+        return None
+    low, mid, high = states[top - 1], states[top], states[top + 1]
+    return _at_top(low, mid, high)
+
+
+def _at_top(low: TipState, mid: TipState, high: TipState) -> TipState:
+    """The state of the largest stress, by a parabola through three, of which the middle one is the largest."""
+    a, b = mid.control - low.control, high.control - mid.control
+    rise, fall = mid.stress - low.stress, mid.stress - high.stress
+    if min(a, b) <= 0 or a * fall + b * rise <= 0:
+        return mid
+    shift = 0.5 * (b * b * rise - a * a * fall) / (a * fall + b * rise)
+    return mid.towards(high, min(shift / b, 0.5)) if shift > 0 else mid.towards(low, min(-shift / a, 0.5))
 
 
 def _slide(probe: Probe, where: Array, values: dict[str, Array]) -> float:
@@ -153,31 +204,29 @@ def _slide(probe: Probe, where: Array, values: dict[str, Array]) -> float:
     return float(values["sliding"][behind].sum()) / opening if opening > 0 else math.nan
 
 
-def _reached(old: list[TipState], new: list[TipState], target: float, together: bool) -> dict[int, TipState]:
-    """The tips that become critical between two states, each in its own; if `together`, all that are nearly critical in the
-    state in which the first one is."""
-    share = {
-        i: (target - a.stress) / (b.stress - a.stress)
-        for i, (a, b) in enumerate(zip(old, new, strict=True))
-        if a.stress < target <= b.stress
-    }
-    if not share or not together:
-        return {i: old[i].towards(new[i], part) for i, part in share.items()}
-    first = min(share.values())
-    between = [a.towards(b, first) for a, b in zip(old, new, strict=True)]
-    return {i: seen for i, seen in enumerate(between) if seen.stress >= _TOGETHER * target}
-
-
-def _stages(stages: Sequence[Stage], first_only: bool, before: float | None) -> Sequence[Stage]:
-    """The stages of a trial: a single monotonic one up to the largest target, in long steps where no tip is critical yet."""
-    if len(stages) > 1:
-        return stages
-    (stage,) = stages
+def _stages(trial: PathTrial, model: Model, scene: Scene, before: float | None) -> Sequence[Stage]:
+    """The stages of a trial: a single monotonic one up to the largest target, in steps that follow what its tips see."""
+    if len(scene.stages) > 1:
+        return scene.stages
+    (stage,) = scene.stages
     last = max(stage.targets)
     if last <= 0:
-        return stages
-    step = last / stage.count(last)
-    whole = replace(stage, to=last, steps=None, step=step, unload=None)
-    if not first_only or before is None or not 0 < _SHORTLY_BEFORE * before < last:
-        return [whole]
-    return [replace(whole, to=_SHORTLY_BEFORE * before, step=None, steps=_RUN_UP), whole]
+        return scene.stages
+    if before is None:
+        before = _elastic_estimate(trial, model, scene, stage)
+    start = min(_SHORTLY_BEFORE * before, last)
+    further = start * _FACTOR ** np.arange(1, math.ceil(math.log(last / start) / math.log(_FACTOR)))
+    targets = [*np.linspace(0.0, start, _RUN_UP + 1)[1:].tolist(), *further[further < last].tolist(), last]
+    return [replace(stage, to=targets, step=None, steps=1, unload=None)]
+
+
+def _elastic_estimate(trial: PathTrial, model: Model, scene: Scene, stage: Stage) -> float:
+    """What a stage controls when the elastic stress ahead of the first tip is the strength; of a control that is zero as long
+    as the body is elastic, a small part of its target."""
+    last = max(stage.targets)
+    if control_of(stage.control).begins_at_onset:
+        return 10 * _ELASTIC * last
+    elastic = replace(stage, to=_ELASTIC * last, step=None, steps=1, until=None, unload=None)
+    seen = next(_states(replace(trial), model, [elastic], scene, math.pi))
+    most = max(state.stress for state in seen)
+    return seen[0].control * scene.material.ft / most if most > 0 else last

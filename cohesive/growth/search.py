@@ -14,19 +14,20 @@ from meshing.paths import Line, Point, as_text, distance_to
 
 from ..errors import SceneError
 from ..scenes.scene import Scene
-from .body import Body
-from .crack import Crack, other_lines, trial_lines
+from .body import FACE, Body
+from .crack import Crack, other_lines, trial_lines, unit
 from .found import FoundPath, Vertex
 from .path_trial import PathTrial, run_trial
 
 #: no segment turns by more than this, radians
 LARGEST_TURN = math.radians(75.0)
 
-#: default segment and averaging radius, in sizes of elements along the crack
-_SEGMENT, _RADIUS = 4.0, 3.0
+#: default averaging radius: this part of E Gf/ft^2, at most this part of the shortest ligament; the segment over it, and how
+#: many elements along the crack both have at least
+_OF_LENGTH, _OF_LIGAMENT, _SEGMENT, _ELEMENTS = 0.07, 0.25, 2.0 / 3.0, 3.0
 
 #: passes over the whole path, and the part of a segment by which the last one may move it, straight ends left out
-_MOST_PASSES, _SETTLED = 6, 0.25
+_MOST_PASSES, _SETTLED = 8, 0.1
 
 #: turn between two trials for the direction without sliding, radians
 _PROBING = math.radians(10.0)
@@ -34,6 +35,18 @@ _PROBING = math.radians(10.0)
 #: part of a change of direction that a pass makes: the whole of it overshoots, for a crack that is off its way turns back by
 #: about twice the angle between them
 _RELAXATION = 0.5
+
+#: a pass that moves the path by more than this part of what the one before did oscillates
+_DAMPED = 0.7
+
+#: a crack that is nearer to the face ahead than so many radii goes on straight, for the compression there turns the field
+_LAST_RADII, _LAST = 1.5, "it is near the face ahead"
+
+#: no segment before it is shorter than this part of the others, nor longer than that
+_SLIVER, _LONGEST = 0.25, 1.5
+
+#: why else its direction is fixed
+_UNCLEAR = "the stresses ahead favour no direction"
 
 #: more segments than any path needs
 _MOST_SEGMENTS = 500
@@ -75,9 +88,13 @@ class Search:
         assert self.scene.grow is not None and self.scene.sizes is not None
         self.options, size = self.scene.grow, self.scene.sizes.crack_size
         outline = self.scene.specimen.outline()  # type: ignore[attr-defined]
-        self.body = Body([list(outline.corners)], list(outline.slits))
-        self.segment = self.options.segment or _SEGMENT * size
-        self.radius = self.options.radius or _RADIUS * size
+        self.body = Body([list(outline.corners), *map(list, outline.holes)], list(outline.slits))
+        m = self.scene.material
+        ways = [self.body.first_hit(crack.tip, unit(crack.heading)) for crack in self.starts()]
+        ligament = min((hit.distance for hit in ways if hit is not None), default=self.body.size)
+        radius = min(_OF_LENGTH * m.E * m.Gf / m.ft**2, _OF_LIGAMENT * ligament)
+        self.radius = self.options.radius or max(radius, _ELEMENTS * size)
+        self.segment = self.options.segment or max(_SEGMENT * self.radius, _ELEMENTS * size)
 
     def starts(self) -> list[Crack]:
         """The cracks before they grow."""
@@ -105,6 +122,9 @@ class Search:
         """Segment by segment, until each crack has met something."""
         before: float | None = None
         for _ in range(_MOST_SEGMENTS):
+            for i, crack in enumerate(cracks):
+                if not crack.end and len(crack.points) > 1 and self._is_last(crack.tip, crack.heading):
+                    cracks[i] = crack.with_fixed_direction(_LAST, self.segment, self.body, other_lines(cracks, i))
             growing = [i for i, crack in enumerate(cracks) if not crack.end]
             if not growing:
                 return cracks
@@ -119,13 +139,26 @@ class Search:
                 if probe.is_clear(critical.reading, turn, stress):
                     if self.options.criterion == "symmetry":
                         turn = self._without_sliding(cracks, i, turn, before)
-                    cracks[i] = cracks[i].grown(cracks[i].heading + turn, self.segment, self.body, others)
+                    cracks[i] = self._grown(cracks[i], cracks[i].heading + turn, others)
                 else:
-                    cracks[i] = cracks[i].with_fixed_direction(
-                        "the stresses ahead favour no direction", self.segment, self.body, others
-                    )
+                    cracks[i] = cracks[i].with_fixed_direction(_UNCLEAR, self.segment, self.body, others)
         says = f" = {self.segment:g}: {_MOST_SEGMENTS} segments meet no face; expected longer ones"
         raise SceneError.at("grow.segment", says)
+
+    def _is_last(self, tip: Point, heading: float) -> bool:
+        """Whether a crack is so near to the face ahead that it goes on straight."""
+        return self._way(tip, heading) < _SLIVER * self.segment
+
+    def _way(self, tip: Point, heading: float) -> float:
+        """How far it is to the stretch before a face on which a crack goes on straight, mm; infinite without a face."""
+        hit = self.body.first_hit(tip, unit(heading))
+        return math.inf if hit is None or hit.what != FACE else hit.distance - _LAST_RADII * self.radius
+
+    def _grown(self, crack: Crack, heading: float, others: Sequence[Line]) -> Crack:
+        """A crack with one more segment, which ends where the last stretch begins if it would come near."""
+        way = self._way(crack.tip, heading)
+        segment = way if _SLIVER * self.segment < way < _LONGEST * self.segment else self.segment
+        return crack.grown(heading, segment, self.body, others)
 
     def _without_sliding(self, cracks: list[Crack], i: int, turn: float, before: float) -> float:
         """The turn, radians, with which a crack does not slide at the tip of its next segment: by two trials, the first with
@@ -165,20 +198,24 @@ class Search:
     def _judge(self, cracks: list[Crack]) -> tuple[list[Crack], PathTrial, int, float]:
         """Passes over the whole path, until one moves it by little: the cracks, the last pass, their number, and by how much
         it would move the path, mm."""
+        part, before = _RELAXATION, math.inf
         for number in count(1):
             tips = [tip for crack in cracks for tip in zip(crack.points[:-1], crack.headings[:-1], strict=True)]
             trial = self._try([list(crack.points) for crack in cracks], tips, whole=True)
             if self.options.criterion == "symmetry":  # its directions were tried one by one
                 return cracks, trial, number, 0.0
-            judged = self._redirected(cracks, trial)
+            judged = self._redirected(cracks, trial, _RELAXATION)
             moved = max(_movement(new, old) for new, old in zip(judged, cracks, strict=True))
             if moved < _SETTLED * self.segment or number == _MOST_PASSES:
                 return cracks, trial, number, moved
-            cracks = judged
+            part = 0.5 * part if moved > _DAMPED * before else part  # it oscillates: halfway between
+            before = moved
+            cracks = judged if part == _RELAXATION else self._redirected(cracks, trial, part)
         raise AssertionError  # counting does not end
 
-    def _redirected(self, cracks: list[Crack], trial: PathTrial) -> list[Crack]:
-        """The cracks with the directions that a run along the whole of them tells. Those that end at another one come last."""
+    def _redirected(self, cracks: list[Crack], trial: PathTrial, part: float) -> list[Crack]:
+        """The cracks whose directions change by a part of what a run along the whole of them tells. Those that end at another
+        one come last."""
         verdicts = iter(zip(trial.probes, trial.critical, strict=True))
         headings: list[list[float | None]] = []
         for crack in cracks:
@@ -187,8 +224,9 @@ class Search:
                 probe, critical = next(verdicts)
                 turn, stress = (0.0, 0.0) if critical is None else probe.strongest(critical.reading, LARGEST_TURN)
                 is_clear = critical is not None and probe.is_clear(critical.reading, turn, stress)
+                is_clear &= not headings[-1] or not self._is_last(probe.tip, probe.heading)
                 old = crack.headings[len(headings[-1]) + 1]
-                headings[-1].append(old + _RELAXATION * (probe.heading + turn - old) if is_clear else None)
+                headings[-1].append(old + part * (probe.heading + turn - old) if is_clear else None)
         regrown: dict[int, Crack] = {}
         for i in sorted(range(len(cracks)), key=lambda i: cracks[i].end == "another crack"):
             others: list[Line] = [list(other.points) for other in regrown.values()]
@@ -201,11 +239,10 @@ class Search:
         known = [i for i, heading in enumerate(headings) if heading is not None]
         for i in count():
             if i > max(known, default=-1):
-                return new.with_fixed_direction(
-                    crack.why or "the stresses ahead favour no direction", self.segment, self.body, others
-                )
+                why = _LAST if self._is_last(new.tip, new.heading) else crack.why or _UNCLEAR
+                return new.with_fixed_direction(why, self.segment, self.body, others)
             heading = headings[i]
-            new = new.grown(crack.headings[i + 1] if heading is None else heading, self.segment, self.body, others)
+            new = self._grown(new, crack.headings[i + 1] if heading is None else heading, others)
             if new.end:
                 return new
         raise AssertionError  # counting does not end
@@ -234,7 +271,14 @@ class Search:
             where = ", ".join(as_text(np.round(tip, 2)) for tip in self.unseen)
             notes.append(f"warning: the path follows the stress at {where}, for no trial opens ahead of it")
         if moved >= _SETTLED * self.segment:
-            notes.append(f"warning: after {passes} passes the path still moves by {moved:.2g} mm")
+            ends = [
+                f"{' and '.join(as_text(np.round(line[-1], 2)) for line in trial.lines)} with a peak of {trial.peak:.5g} N"
+                for trial in [trial for trial in self.trials if trial.is_whole][-2:]
+            ]
+            notes.append(
+                f"warning: after {passes} passes the path still moves by {moved:.2g} mm; the last two end at "
+                + ", at ".join(ends)
+            )
         return notes
 
     def _found(self, lines: list[Line], vertices: list[Vertex], notes: list[str], clock: float) -> FoundPath:

@@ -16,6 +16,7 @@ from ..results.files import PICTURES, check_names, make_folder, remove, write_fr
 from ..results.frames import frame_mesh
 from ..results.inputs import copy_inputs
 from ..results.model_facts import ModelFacts
+from ..results.off_path import off_path
 from ..results.report import summary
 from ..results.run_data import RunData, spread
 from ..results.saved import read_folder, write_result
@@ -59,7 +60,7 @@ class Result(RunData):
             looked = looked_at(history["load"], history["stress_n"])
             rows = [*looked, *spread(len(states) - 1, max(scene.output.frames, 1)), len(states) - 1]
             needed = {states.nearest(row) for row in rows}
-        return cls(
+        result = cls(
             scene,
             history,
             record.drive_travel,
@@ -70,6 +71,9 @@ class Result(RunData):
             reference,
             found,
         )
+        result.off_path = off_path(result)
+        result.notes += [] if result.off_path is None else [result.off_path.sentence]
+        return result
 
     def frame_mesh(self, frame: Frame) -> meshio.Mesh:
         """Bulk and crack cells with the fields of a frame; warp by `displacement` to see the crack open."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from meshing.paths import as_text
 
@@ -34,18 +35,15 @@ def crushing(data: RunData) -> str:
     fc = _FC_OVER_FT * m.ft if m.fc is None else m.fc
     blocks = [*fields.bulk, *fields.band]
     regions = np.concatenate([*fields.mesh.regions, *(np.zeros(len(block.cells), dtype=np.int64) for block in fields.band)])
-    worst, beside = (0.0, 0, 0), None
+    centres = np.concatenate([b.points[b.cells].mean(axis=1) for b in blocks])
+    worst = (0.0, 0, 0)
     rows = looked_at(data.history["load"], data.history["stress_n"])
     rows = sorted({*fields.nearest(rows)})
     crushed = np.zeros(len(regions), dtype=bool)
     for row in rows:
         pressed = np.concatenate([major_stress(-stress) for stress in data.frame(row).stress])
-        over = (pressed > fc) & (regions == 0)
-        if not over.any():
-            continue
-        beside = _loaded(data) if beside is None else beside
-        candidates = np.flatnonzero(over)
-        candidates = candidates[~_is_beside(data, candidates, beside)]
+        candidates = np.flatnonzero((pressed > fc) & (regions == 0))
+        candidates = candidates[~beside_loads(data, centres[candidates])]
         if len(candidates):
             crushed[candidates] = True
             most = int(candidates[pressed[candidates].argmax()])
@@ -58,7 +56,7 @@ def crushing(data: RunData) -> str:
     of = "" if m.fc is not None else f" ({_FC_OVER_FT:g} ft)"
     return (
         f"warning: the bulk is compressed beyond fc = {fc:g} MPa{of} away from loads and supports, to {-stress:.3g} MPa, "
-        f"{stress / fc:.2g} fc, at {as_text(_centres(data)[element].round(6))} in step {int(data.history['step'][row])}: "
+        f"{stress / fc:.2g} fc, at {as_text(centres[element].round(6))} in step {int(data.history['step'][row])}: "
         f"{share:.2g} % of its volume in the {len(rows)} steps looked at; crushing is left out"
     )
 
@@ -69,9 +67,14 @@ def looked_at(load: Array, stress: Array) -> list[int]:
     return sorted({*spread(len(load) - 1, _ROWS), peak, int(stress.argmin())})
 
 
-def _centres(data: RunData) -> Array:
-    """Of all elements, (n, d), mm."""
-    return np.concatenate([b.points[b.cells].mean(axis=1) for b in (*data.fields.bulk, *data.fields.band)])
+def beside_loads(data: RunData, places: Array) -> Mask:
+    """Which places (p, d) are beside loads and supports, (p,)."""
+    beside = np.zeros(len(places), dtype=bool)
+    if len(places):
+        nodes, radius = _loaded(data)
+        near = cKDTree(places).query_ball_point(data.fields.mesh.points[nodes], radius)
+        beside[np.concatenate([np.array(each, dtype=np.int64) for each in near])] = True
+    return beside
 
 
 def _loaded(data: RunData) -> tuple[Index, Array]:
@@ -87,13 +90,3 @@ def _loaded(data: RunData) -> tuple[Index, Array]:
         np.maximum.at(size, block.cells, np.broadcast_to(extent[:, None], block.cells.shape))
     least = _PART_BESIDE * float(np.ptp(mesh.points, axis=0).min())
     return nodes, np.maximum(_ELEMENTS_BESIDE * size[nodes], least)
-
-
-def _is_beside(data: RunData, elements: Index, loaded: tuple[Index, Array]) -> Mask:
-    """Which elements are beside loads and supports."""
-    nodes, radius = loaded
-    centres, points = _centres(data)[elements], data.fields.mesh.points
-    beside = np.zeros(len(elements), dtype=bool)
-    for node, reach in zip(nodes.tolist(), radius.tolist(), strict=True):
-        beside |= np.linalg.norm(centres - points[node], axis=1) < reach
-    return beside

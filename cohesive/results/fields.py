@@ -164,11 +164,15 @@ class Fields:
             If they were not kept.
         """
         at = _place(self.rows, row, "fields")
-        displacement = self.displacement[at]
+        displacement = self.displaced(row)
         ends = np.cumsum([len(block.cells) for block in self.band])[:-1]
         stress = [block.stress(displacement) for block in self.bulk]
         stress += np.split(self.band_stress[at], ends) if self.band else []
         return Frame(int(values["step"]), values, displacement, stress, self.cell_values(row))
+
+    def displaced(self, row: int) -> Array:
+        """Displacements of the nodes in a row, (m, d), mm; LookupError if they were not kept."""
+        return np.asarray(self.displacement[_place(self.rows, row, "fields")])
 
     def cell_values(self, row: int) -> dict[str, Array]:
         """Means over the cells of the values at their points, see `Frame`; (n,) each.

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..elements.rotations import major_stress
 from .agreement import agreement_lines
 from .crushing import crushing
 from .measures import peak_text
@@ -28,10 +27,6 @@ _ADDED = 0.05
 
 #: after the peak the load ripples if it rises again by more than this part of the peak, so often
 _RISE, _RIPPLES = 5e-3, 2
-
-#: the bulk would crack off the path if its major stress over ft is larger in more than this part of its volume
-_OVERLOADED, _OVERLOADED_SHARE = 1.5, 0.1
-
 
 def summary(data: RunData) -> str:
     """What was modelled, what came out, and what to be wary of."""
@@ -93,7 +88,7 @@ def warnings(data: RunData) -> list[str]:
             f"warning: {100 * data.energy_error:.0f} % of the work are unaccounted for; the steps are too large, or the "
             "crack has snapped"
         )
-    found = (_holds(data), _ripples(data), _soft_cracks(data), _overload(data), crushing(data))
+    found = (_holds(data), _ripples(data), _soft_cracks(data), crushing(data))
     sentences += [warning for warning in found if warning]
     if kinds := data.fields.locking:
         sentences.append(f"warning: first-order {kinds[0]} elements lock in a band: peak and energy are too high")
@@ -158,18 +153,3 @@ def _holds(data: RunData) -> str:
     return ""
 
 
-def _overload(data: RunData) -> str:
-    """A warning if the bulk of a discrete model would crack off the path at the peak; empty if not."""
-    if data.is_smeared:
-        return ""
-    ft = data.scene.material.ft
-    frame = data.frame(data.peak_row)
-    over = np.concatenate([major_stress(stress) for stress in frame.stress]) / ft
-    volume = np.concatenate([block.volumes() for block in data.fields.bulk])
-    share = float(volume[over > _OVERLOADED].sum() / volume.sum())
-    if share < _OVERLOADED_SHARE:
-        return ""
-    return (
-        f"warning: at the peak the bulk is pulled beyond {_OVERLOADED:g} ft in {100 * share:.0f} % of its volume, up to "
-        f"{over.max():.2g} ft; it would crack off the given path"
-    )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meshing.paths import along_paths
+from meshing.paths import Point, along_paths, as_text
 
 from ..arrays import Array
 from ..solver.columns import Column, columns_of
@@ -20,6 +20,46 @@ if TYPE_CHECKING:
     from ..scenes.scene import Scene
     from .fields import Fields, Frame
     from .model_facts import ModelFacts
+
+
+@dataclass(frozen=True)
+class OffPath:
+    """The place off the path where the bulk is pulled most.
+
+    Attributes
+    ----------
+    place : (d,) mm
+    across : (d,) unit vector of the pull, a crack stands across it
+    times : largest averaged principal tension there, over ft
+    step : in which it is
+    load : at which the tension there first passes ft, N
+    radius : of the average, mm
+    line : path of a straight crack through it, which a scene can be given, mm; empty if no outline tells where it ends
+    is_even : whether the bulk at the crack is pulled as much until the tension passes ft
+    """
+
+    place: Array
+    across: Array
+    times: float
+    step: int
+    load: float
+    radius: float
+    line: list[Point]
+    is_even: bool
+
+    @property
+    def sentence(self) -> str:
+        """For the reader of the results."""
+        where = f"at {as_text(self.place.round(6))}, to {self.times:.3g} ft in step {self.step} in the mean over a radius of "
+        start = f"off the path the tension passes ft {where}{self.radius:.3g} mm, first at a load of {self.load:.5g} N"
+        if self.is_even:
+            return f"{start}: the body is pulled there as at the crack, whose place is free; no other place gives less"
+        line = [[round(c, 6) + 0.0 for c in point] for point in self.line]
+        crack = f"specimen.crack = {line}" if line else "a crack there"
+        return (
+            f"warning: {start}: the body would rather break there; a run with {crack}, under a control that grows with it (as "
+            "dissipation or driven), gives that peak"
+        )
 
 
 @dataclass(eq=False)
@@ -37,6 +77,7 @@ class RunData:
     fields : Fields, the mesh and its fields
     reference : Reference or None
     found : FoundPath, if the crack path was looked for
+    off_path : OffPath, if the bulk is pulled too much off the path
     """
 
     scene: Scene
@@ -48,6 +89,7 @@ class RunData:
     fields: Fields
     reference: Reference | None
     found: FoundPath | None
+    off_path: OffPath | None = None
 
     @property
     def is_smeared(self) -> bool:

@@ -18,7 +18,7 @@ from .archive import put_together, taken_apart
 from .fields import Fields, Planes
 from .files import RESULT, write_file
 from .model_facts import ModelFacts
-from .run_data import RunData
+from .run_data import OffPath, RunData
 
 #: entry of the file with the structure as JSON; all others are arrays
 _STRUCTURE = "structure"
@@ -56,7 +56,7 @@ def read_folder(folder: Path) -> dict[str, Any]:
         raise SceneError(f"'{folder / 'scene.toml'}': {error}", error.key) from None
     try:
         with open(folder / RESULT, "rb") as file, np.load(file, allow_pickle=False) as arrays:
-            own: dict[str, Any] = put_together(str(arrays[_STRUCTURE]), arrays, FoundPath, ModelFacts, Planes, Vertex)
+            own: dict[str, Any] = put_together(str(arrays[_STRUCTURE]), arrays, FoundPath, ModelFacts, OffPath, Planes, Vertex)
         own["fields"] = Fields.from_data(scene, own["fields"])
     except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         what = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)

@@ -26,7 +26,7 @@ class GrowOptions(Table):
     """[grow]: the search for crack paths, with specimen.crack = "grow"."""
 
     segment: float | None = key(
-        "length of the segments by which a crack grows; default: 4 times mesh.crack_size", None, unit="mm", above=0
+        "length of the segments by which a crack grows; default: two thirds of radius", None, unit="mm", above=0
     )
     criterion: str = key(
         "'stress': the crack follows the ray from its tip along which the averaged hoop stress is largest; 'symmetry': it "
@@ -36,7 +36,11 @@ class GrowOptions(Table):
         one_of=("stress", "symmetry"),
     )
     radius: float | None = key(
-        "length of the rays over which the stress is averaged; default: 3 times mesh.crack_size", None, unit="mm", above=0
+        "length of the rays over which the stress is averaged; default: .07 E Gf/ft^2, at most a quarter of "
+        "the ligament; at least 3 times mesh.crack_size",
+        None,
+        unit="mm",
+        above=0,
     )
     starts: Any = key(
         "list of {at = [x, y], direction = [x, y]}: further cracks, from a point of a face or the end of a notch", None

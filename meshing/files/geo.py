@@ -26,8 +26,7 @@ def read_outline(path: Path, run_scripts: bool = False) -> Outline:
     Raises
     ------
     MeshError
-        If there is no such file, it says more than a shape, gmsh does not read it, or its geometry is not one face without
-        holes.
+        If there is no such file, it says more than a shape, gmsh does not read it, or its geometry is not one face.
     """
     if not os.path.isfile(path):
         raise MeshError.at("file", f" = '{path}': there is no such file")
@@ -37,9 +36,10 @@ def read_outline(path: Path, run_scripts: bool = False) -> Outline:
         if len(faces) != 1:
             raise MeshError.at("file", f" = '{path}': it has {len(faces)} faces; expected one")
         curves = [tag for _, tag in gmsh.model.getBoundary(faces, oriented=True)]
-        corners = _joined([_chords(gmsh, tag) for tag in curves], f"file = '{path}': its face has holes; expected none")
-        if corners[0] != corners[-1]:
+        loops = _loops([_chords(gmsh, tag) for tag in curves])
+        if any(loop[0] != loop[-1] for loop in loops):
             raise MeshError.at("file", f" = '{path}': the outline of its face is not closed")
+        corners, *holes = sorted(loops, key=lambda loop: -abs(signed_area(loop)))
         edges = {
             gmsh.model.getPhysicalName(1, group): _joined(
                 [_chords(gmsh, int(tag)) for tag in gmsh.model.getEntitiesForPhysicalGroup(1, group)],
@@ -53,7 +53,8 @@ def read_outline(path: Path, run_scripts: bool = False) -> Outline:
             ]
             for _, group in gmsh.model.getPhysicalGroups(0)
         }
-    return Outline(corners[:-1] if signed_area(corners) > 0 else corners[:0:-1], [], nodes=nodes, edges=edges)
+    holes = [hole[:-1] for hole in holes]
+    return Outline(corners[:-1] if signed_area(corners) > 0 else corners[:0:-1], [], nodes=nodes, edges=edges, holes=holes)
 
 
 def _copied(path: Path, copy: Path) -> Path:
@@ -88,8 +89,25 @@ def _xy(at: Line) -> Point:
 
 def _joined(lines: list[list[Point]], otherwise: str) -> list[Point]:
     """Polylines that follow on each other, in any order and direction, as one."""
-    chain, rest = list(lines[0]), list(lines[1:])
+    chain, *others = _loops(lines)
+    if others:
+        raise MeshError(otherwise, "file")
+    return chain
+
+
+def _loops(lines: list[list[Point]]) -> list[list[Point]]:
+    """Polylines, those that follow on each other, in any order and direction, as one."""
+    loops, rest = [], list(lines)
     while rest:
+        loop, rest = _followed(rest)
+        loops.append(loop)
+    return loops
+
+
+def _followed(lines: list[list[Point]]) -> tuple[list[Point], list[list[Point]]]:
+    """The first polyline with all that follow on it, and the others."""
+    chain, rest = list(lines[0]), list(lines[1:])
+    while rest and chain[0] != chain[-1]:
         for line in rest:
             for way in (line, line[::-1]):
                 if way[0] == chain[-1]:
@@ -103,5 +121,5 @@ def _joined(lines: list[list[Point]], otherwise: str) -> list[Point]:
             rest.remove(line)
             break
         else:
-            raise MeshError(otherwise, "file")
-    return chain
+            break
+    return chain, rest

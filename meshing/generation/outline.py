@@ -21,6 +21,7 @@ class Outline:
     nodes : points that must be nodes, by the name of the point set they end up in.
     edges : polylines along the outline, by the name of the point set of their nodes.
     half : the crack runs along the outline, and a mirror image stands on its other side.
+    holes : polygons inside the body.
     """
 
     corners: Line
@@ -29,11 +30,17 @@ class Outline:
     nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
     edges: Mapping[str, Sequence[Point]] = field(default_factory=dict)
     half: bool = False
+    holes: Sequence[Line] = ()
 
     @property
     def area(self) -> float:
-        """Area inside the corners, mm^2."""
-        return abs(signed_area(self.corners))
+        """Area inside the corners without that of the holes, mm^2."""
+        return abs(signed_area(self.corners)) - sum(abs(signed_area(hole)) for hole in self.holes)
+
+    @property
+    def sides(self) -> list[tuple[Point, Point]]:
+        """The straight sides of the outer face and of the holes."""
+        return [side for face in (self.corners, *self.holes) for side in zip(face, [*face[1:], face[0]], strict=True)]
 
     @property
     def slack(self) -> float:
@@ -41,7 +48,6 @@ class Outline:
         return SLACK * float(np.ptp(np.array(self.corners, dtype=float), axis=0).max())
 
     def has_on_face(self, point: Point) -> bool:
-        """Whether a point lies on the outer face."""
+        """Whether a point lies on the outer face or on that of a hole."""
         at = np.array([point], dtype=float)
-        ends = zip(self.corners, [*self.corners[1:], self.corners[0]], strict=True)
-        return any(bool(nodes_on_segment(at, a, b, self.slack)[0]) for a, b in ends)
+        return any(bool(nodes_on_segment(at, a, b, self.slack)[0]) for a, b in self.sides)

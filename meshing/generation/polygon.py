@@ -27,12 +27,13 @@ def mesh_polygon(
     nodes: Mapping[str, Sequence[Point]] | None = None,
     edges: Mapping[str, Sequence[Point]] | None = None,
     half: bool = False,
+    holes: Sequence[Line] = (),
 ) -> meshio.Mesh:
     """Mesh a polygon, cut it along `crack` (with crack cells) and `slits` (without).
 
     Parameters
     ----------
-    corners, crack, slits, nodes, edges, half : as those of `Outline`.
+    corners, crack, slits, nodes, edges, half, holes : as those of `Outline`.
     sizes : MeshSizes
 
     Returns
@@ -45,7 +46,7 @@ def mesh_polygon(
     MeshError
         Naming the entity: a polyline that is degenerate or leaves the body, a point outside it.
     """
-    outline = Outline(corners, crack, slits, nodes or {}, edges or {}, half)
+    outline = Outline(corners, crack, slits, nodes or {}, edges or {}, half, holes)
     mesh = mesh_face(outline, sizes, conforming=True)
     path = edges_on_path(mesh, "crack", crack)
     if half:
@@ -76,7 +77,7 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
     check_outline(outline, sizes)
     with session() as gmsh:
         occ = gmsh.model.occ
-        face = add_face(gmsh, outline.corners)
+        face = add_face(gmsh, outline.corners, outline.holes)
         crack = [line for path in outline.crack for line in add_lines(gmsh, path)]
         tools = [*crack] if conforming else []
         tools += [line for path in outline.slits for line in add_lines(gmsh, path)]

@@ -90,12 +90,16 @@ def _signals_kept() -> Iterator[None]:
             sigaction(number, action, None)
 
 
-def add_face(gmsh: ModuleType, corners: Iterable[Sequence[float]]) -> tuple[int, int]:
-    """A polygon in gmsh, in the plane z = 0 if its corners have two coordinates: (2, tag)."""
+def add_face(
+    gmsh: ModuleType, corners: Iterable[Sequence[float]], holes: Iterable[Iterable[Sequence[float]]] = ()
+) -> tuple[int, int]:
+    """A polygon in gmsh, in the plane z = 0 if its corners have two coordinates, without some holes: (2, tag)."""
     occ = gmsh.model.occ
-    points = [occ.addPoint(*p, *[0.0] * (3 - len(p))) for p in corners]
-    loop = [occ.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
-    return (2, occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+    loops = []
+    for face in (corners, *holes):
+        points = [occ.addPoint(*p, *[0.0] * (3 - len(p))) for p in face]
+        loops.append(occ.addCurveLoop([occ.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]))
+    return (2, occ.addPlaneSurface(loops))
 
 
 def add_lines(gmsh: ModuleType, line: Line) -> list[tuple[int, int]]:

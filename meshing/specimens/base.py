@@ -336,7 +336,8 @@ class PlaneSpecimen(Specimen):
         outline = self.outline(half)
         if dimension == 3:
             return mesh_prism(outline, sizes, self.thickness)
-        return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
+        o = outline
+        return mesh_polygon(o.corners, o.crack, sizes, o.slits, o.nodes, o.edges, o.half, o.holes)
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""

@@ -16,10 +16,13 @@ from ..files.geo import read_outline
 from ..generation.outline import Outline
 from ..generation.sizes import MeshSizes
 from ..keys import key
-from ..paths import Line, Point, signed_area
+from ..paths import Line, Point, contains, signed_area
 from .base import MAIN_GAUGE, Gauge, Location, PlaneSpecimen, polylines
 from .registry import register_specimen
 from .user_entries import StatedSetup, unit_vector
+
+#: straight sides in place of a circle, as in place of a curved side of a .geo file
+_SIDES = 24
 
 
 @register_specimen("outline")
@@ -34,10 +37,11 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
     supports: Any = key("list of {at = location, direction = [x, y]}, as of kind 'mesh'")
     corners: Any = key("corners of the body in a row, [[x, y], ...]; or give file", None)
     file: str | None = key(
-        "file of gmsh (.geo) with one face, whose curved sides become 24 straight ones each; its physical curves and points "
-        "are locations",
+        "file of gmsh (.geo) with one face, with or without holes, whose curved sides become 24 straight ones each; its "
+        "physical curves and points are locations",
         None,
     )
+    holes: Any = key("holes of the body: list of polygons [[x, y], ...] and circles {center = [x, y], radius = r}", None)
     edges_: Any = key("{name = [[x, y], [x, y]]}: straight parts of the outline that are locations", None)
     points_: Any = key("{name = [[x, y], ...]}: points of the body that are locations and become nodes", None)
     notches: Any = key(
@@ -68,7 +72,7 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
         if self.corners is None:
             raise MeshError.at("file", f" = {self.file!r}: a scene reads it; expected corners")
         (corners,) = _lines("corners", [self.corners])
-        object.__setattr__(self, "shape", Outline(_counter_clockwise(corners), []))
+        object.__setattr__(self, "shape", Outline(_counter_clockwise(corners), [], holes=_holes(self.holes, corners)))
 
     @classmethod
     def without_script(cls, table: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -80,6 +84,7 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
         shape = read_outline(find(file), run_scripts)
         stated = {
             "corners": _plain(shape.corners),
+            "holes": [*map(_plain, shape.holes), *(table.get("holes") or [])],
             "edges": {name: _plain(line) for name, line in shape.edges.items()} | edges,
             "points": {name: _plain(at) for name, at in shape.nodes.items()} | points,
         }
@@ -164,6 +169,31 @@ def _lines(name: str, value: Any) -> list[Line]:
     if not lines or any(len(line) < 2 for line in lines):
         raise MeshError.at(name, f" = {value!r}: expected a list of points [[x, y], [x, y], ...]")
     return lines
+
+
+def _holes(value: Any, corners: Line) -> list[Line]:
+    """Polygons, and circles as polygons; MeshError unless their corners lie inside the body."""
+    if value is not None and not isinstance(value, (list, tuple)):
+        raise MeshError.at("holes", f" = {value!r}: expected a list of polygons and circles")
+    holes = []
+    for i, each in enumerate(value or []):
+        try:
+            if isinstance(each, Mapping):
+                (x, y), r = each["center"], float(each["radius"])
+                is_circle = set(each) == {"center", "radius"} and r > 0
+                turns = [2 * math.pi * j / _SIDES for j in range(_SIDES)] if is_circle else []
+                hole: Line = [(float(x) + r * math.cos(turn), float(y) + r * math.sin(turn)) for turn in turns]
+            else:
+                hole = [(float(x), float(y)) for x, y in each]
+        except (KeyError, TypeError, ValueError):
+            hole = []
+        if len(hole) < 3 or not all(map(math.isfinite, chain.from_iterable(hole))) or not signed_area(hole):
+            expected = "a polygon [[x, y], ...] or a circle {center = [x, y], radius = r}"
+            raise MeshError.at(f"holes.{i}", f" = {each!r}: expected {expected}")
+        if not all(contains(corners, point) for point in hole):
+            raise MeshError.at(f"holes.{i}", f" = {each!r}: expected a hole inside the body")
+        holes.append(hole)
+    return holes
 
 
 def _named_lines(name: str, value: Any) -> dict[str, Line]:

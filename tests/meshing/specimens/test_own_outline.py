@@ -13,6 +13,7 @@ from cohesive import SceneError
 from meshing import MeshError
 from meshing.files.geo import read_outline
 from tests.growth.beams import outlined_beam
+from tests.meshing.measures import areas
 
 GEO = """
 Point(1) = {0, 0, 0}; Point(2) = {10, 0, 0}; Point(3) = {10, 10, 0}; Point(4) = {5, 10, 0}; Point(5) = {0, 5, 0};
@@ -94,3 +95,44 @@ def test_a_notch_with_a_bend_starts_a_crack_along_its_last_part() -> None:
     ((tip, direction),) = bent.starts
     assert tip == (-40.0, 20.0)
     assert direction == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+
+
+def test_holes_are_left_out_of_the_body() -> None:
+    """A circle has 24 sides, whose area is that of 24 triangles; a polygon its own."""
+    holes = [{"center": [0.0, 50.0], "radius": 10.0}, [[40.0, 40.0], [50.0, 40.0], [50.0, 60.0]]]
+    scene = outlined_beam(specimen__holes=holes).without_search([[-50.0, 20.0], [-50.0, 80.0]])
+    left = 250.0 * 80.0 - 12 * 100.0 * math.sin(math.pi / 12) - 100.0
+    assert scene.specimen.outline().area == pytest.approx(left, rel=1e-12)
+    mesh = scene.specimen.mesh(scene.sizes)
+    assert sum(float(block.sum()) for block in areas(mesh)) == pytest.approx(left, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("holes", "message"),
+    [
+        (3, r"^specimen.holes = 3: expected a list of polygons and circles$"),
+        ([{"center": [0, 40]}], r"^specimen.holes.0 = .*expected a polygon \[\[x, y\], ...\] or a circle"),
+        ([{"center": [0, 40], "radius": -1.0}], r"^specimen.holes.0 = .*expected a polygon"),
+        ([[[0, 40], [1, 40]]], r"^specimen.holes.0 = .*expected a polygon"),
+        ([{"center": [0, 75], "radius": 9.0}], r"^specimen.holes.0 = .*expected a hole inside the body$"),
+        ([[[0, 40], [5, 40], [2, math.nan]]], r"^specimen.holes.0 = .*expected a polygon"),
+    ],
+)
+def test_what_is_no_hole_is_refused(holes: Any, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        outlined_beam(specimen__holes=holes)
+
+
+def test_a_geo_file_may_have_holes(tmp_path: Path) -> None:
+    """The square without a circle of two arcs, 24 chords each: a polygon of 48 sides."""
+    hole = """
+Point(7) = {7, 2, 0}; Point(8) = {6, 2, 0}; Point(9) = {8, 2, 0};
+Circle(6) = {8, 7, 9}; Circle(7) = {9, 7, 8}; Curve Loop(2) = {6, 7};
+"""
+    (tmp_path / "plate.geo").write_text(GEO.replace("Plane Surface(1) = {1};", hole + "Plane Surface(1) = {1, 2};"))
+    outline = read_outline(tmp_path / "plate.geo")
+    (polygon,) = outline.holes
+    assert len(polygon) == 48
+    a = math.radians(90 / 24)
+    square = 100.0 - 6.25 * math.pi * math.sin(a) / a
+    assert outline.area == pytest.approx(square - 24 * math.sin(math.pi / 24), rel=1e-9)
