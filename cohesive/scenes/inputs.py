@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import reprlib
 import types
 import typing
@@ -39,7 +40,10 @@ TABLES: dict[str, type] = {
 }
 
 #: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
-ELEMENTS_IN_ZONE, COARSENING = 15, 8.0
+ELEMENTS_IN_ZONE, COARSENING = 12, 8.0
+
+#: width of the band over the element size along the path, both by rule
+BAND_IN_ELEMENT = 0.25
 
 #: value of `specimen.crack` with which the path is found
 GROW = "grow"
@@ -96,7 +100,7 @@ class Inputs:
     @property
     def dimension(self) -> int:
         """Dimension in which a sized specimen is modelled."""
-        return self.model.dimension or min(self.specimen.dimensions, default=2)
+        return _dimension(self.specimen, self.model)
 
     @property
     def is_solid(self) -> bool:
@@ -121,9 +125,12 @@ class Inputs:
 
     @property
     def band_width(self) -> float:
-        """Width of the band along the path of a sized specimen, mm: the crack size, if the scene names none."""
-        sizes = known(self.kind, "the width of its band", self.sizes)
-        return sizes.crack_size if self.band.width is None else self.band.width
+        """Width of the band along the path of a sized specimen, mm: a quarter of the crack size by rule, at most the width of
+        the notch, if the scene names none."""
+        if self.band.width is not None:
+            return self.band.width
+        notch = getattr(self.specimen, "notch_width", 0.0) or math.inf
+        return min(BAND_IN_ELEMENT * _crack_size(self.kind, self.specimen, self.material), notch)
 
 
 def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -157,14 +164,15 @@ def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
     kind, specimen = _specimen(data)
     specimen = specimen.located(find)
     material = _material(data)
+    model = build_table(ModelOptions, table_of(data, "model"), "model")
     inputs = Inputs(
         title,
         kind,
         specimen,
         material,
-        _sizes(data, kind, specimen, material),
+        _sizes(data, kind, specimen, material, model),
         build_table(InterfaceOptions, table_of(data, "interface"), "interface"),
-        build_table(ModelOptions, table_of(data, "model"), "model"),
+        model,
         build_table(BandOptions, table_of(data, "band"), "band"),
         build_table(SolverOptions, table_of(data, "solver"), "solver"),
         build_table(OutputOptions, table_of(data, "output"), "output"),
@@ -209,20 +217,31 @@ def _material(data: Mapping[str, Any]) -> Concrete:
     return build_table(Concrete, table, "material")
 
 
-def _sizes(data: Mapping[str, Any], kind: str, specimen: Specimen, material: Concrete) -> MeshSizes | None:
-    """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
+def _sizes(
+    data: Mapping[str, Any], kind: str, specimen: Specimen, material: Concrete, model: ModelOptions
+) -> MeshSizes | None:
+    """[mesh] with what it leaves out: enough elements along the crack and within its process zone, their order."""
     if not specimen.is_sized:
         if "mesh" in data:
             raise SceneError.at("mesh", f": a specimen of kind '{kind}' brings its own mesh; expected no [mesh] table")
         return None
     table = table_of(data, "mesh")
     if "crack_size" not in table:
-        length = known(kind, "the length of its crack", _path_length(specimen))
-        along, zone = length / specimen.elements_along, material.zone_length
-        table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
+        table["crack_size"] = _crack_size(kind, specimen, material)
     if "far_size" not in table and is_a(table["crack_size"], float):
         table["far_size"] = COARSENING * table["crack_size"]
+    table.setdefault("order", 2 if _dimension(specimen, model) == 2 else 1)
     return build_table(MeshSizes, table, "mesh")
+
+
+def _crack_size(kind: str, specimen: Specimen, material: Concrete) -> float:
+    """Element size along the crack by rule, mm."""
+    length = known(kind, "the length of its crack", _path_length(specimen))
+    return min(length / specimen.elements_along, material.zone_length / ELEMENTS_IN_ZONE)
+
+
+def _dimension(specimen: Specimen, model: ModelOptions) -> int:
+    return model.dimension or min(specimen.dimensions, default=2)
 
 
 def known(kind: str, what: str, value: T | None) -> T:

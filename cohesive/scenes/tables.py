@@ -68,8 +68,8 @@ class InterfaceOptions(Table):
     """[interface]: the zero-thickness elements of the discrete model."""
 
     width: float | str | None = key(
-        "width w of the crack plane, or 'h': eq. (21) as printed; default: the smaller of 1 % of the crack length and 0.4 % "
-        "of E Gf/ft^2",
+        "width w of the crack plane, or 'h': eq. (21) as printed; default: the smaller of 0.25 % of the crack length and "
+        "0.1 % of E Gf/ft^2",
         None,
         unit="mm",
         above=0,
@@ -86,7 +86,7 @@ class InterfaceOptions(Table):
 class BandOptions(Table):
     """[band]: the crack band of the smeared model."""
 
-    width: float | None = key("width of the band along the path; default: mesh.crack_size", None, unit="mm", above=0)
+    width: float | None = key("width of the band along the path; default: a quarter of the default of mesh.crack_size, at most the notch's width", None, unit="mm", above=0)
     where: str = key(
         "'path': the crack path is a row of quadrilaterals, one element wide; 'everywhere': the crack may form in any "
         "element, refined near the path",

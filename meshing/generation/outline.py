@@ -21,6 +21,7 @@ class Outline:
     nodes : points that must be nodes, by the name of the point set they end up in.
     edges : polylines along the outline, by the name of the point set of their nodes.
     half : the crack runs along the outline, and a mirror image stands on its other side.
+    hinges : ends of the crack at which it is meshed finer, since its faces rotate about them.
     """
 
     corners: Line
@@ -29,6 +30,7 @@ class Outline:
     nodes: Mapping[str, Sequence[Point]] = field(default_factory=dict)
     edges: Mapping[str, Sequence[Point]] = field(default_factory=dict)
     half: bool = False
+    hinges: Sequence[Point] = ()
 
     @property
     def area(self) -> float:

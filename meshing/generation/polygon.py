@@ -14,7 +14,7 @@ from ..cutting.insertion import cut_slits, insert_cracks, mirror_cracks
 from ..errors import MeshError
 from ..paths import SLACK, Line, Point, as_text, nodes_on_segment, path_length
 from .outline import Outline
-from .refinement import halvings
+from .refinement import halvings, with_hinges
 from .session import add_face, add_lines, collect, collect_halved, divide, generate, session, set_sizes
 from .sizes import MeshSizes, check_not_layered, check_sizes
 
@@ -27,12 +27,13 @@ def mesh_polygon(
     nodes: Mapping[str, Sequence[Point]] | None = None,
     edges: Mapping[str, Sequence[Point]] | None = None,
     half: bool = False,
+    hinges: Sequence[Point] = (),
 ) -> meshio.Mesh:
     """Mesh a polygon, cut it along `crack` (with crack cells) and `slits` (without).
 
     Parameters
     ----------
-    corners, crack, slits, nodes, edges, half : as those of `Outline`.
+    corners, crack, slits, nodes, edges, half, hinges : as those of `Outline`.
     sizes : MeshSizes
 
     Returns
@@ -45,7 +46,7 @@ def mesh_polygon(
     MeshError
         Naming the entity: a polyline that is degenerate or leaves the body, a point outside it.
     """
-    outline = Outline(corners, crack, slits, nodes or {}, edges or {}, half)
+    outline = Outline(corners, crack, slits, nodes or {}, edges or {}, half, hinges)
     mesh = mesh_face(outline, sizes, conforming=True)
     path = edges_on_path(mesh, "crack", crack)
     if half:
@@ -77,7 +78,12 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
     with session() as gmsh:
         occ = gmsh.model.occ
         face = add_face(gmsh, outline.corners)
-        crack = [line for path in outline.crack for line in add_lines(gmsh, path)]
+        # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
+        is_quad = sizes.has_quads
+        times = halvings(outline, sizes)
+        factor = 2.0 ** (times + is_quad)
+        paths = [with_hinges(path, outline.hinges, factor * sizes.crack_size) for path in outline.crack]
+        crack = [line for path in paths for line in add_lines(gmsh, path)]
         tools = [*crack] if conforming else []
         tools += [line for path in outline.slits for line in add_lines(gmsh, path)]
         tools += [(0, occ.addPoint(*p, 0)) for group in outline.nodes.values() for p in group]
@@ -85,10 +91,6 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
         if tools:
             _, image = occ.fragment([face], tools)
         occ.synchronize()
-        # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
-        is_quad = sizes.has_quads
-        times = halvings(outline, sizes)
-        factor = 2.0 ** (times + is_quad)
         if conforming:
             crack = [(dim, tag) for pieces in image[1 : 1 + len(crack)] for dim, tag in pieces if dim == 1]
             for _, tag in crack:

@@ -136,7 +136,7 @@ class Specimen(ABC):
     #: shapes of elements, see `MeshSizes`
     shapes: ClassVar[tuple[str, ...]] = tuple(SHAPES)
     #: elements along the crack on the mesh that is chosen by rule
-    elements_along: ClassVar[int] = 25
+    elements_along: ClassVar[int] = 20
     #: whether [mesh] gives its element sizes
     is_sized: ClassVar[bool] = True
     #: whether an outline describes it, in which crack paths can be found
@@ -306,6 +306,11 @@ class PlaneSpecimen(Specimen):
                     ends.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
         return ends
 
+    @property
+    def hinges(self) -> Sequence[Point]:
+        """The end of a crack path that goes on from one notch through the ligament: in the end the halves rotate about it."""
+        return [] if self.notch_depth is None else [self.paths[0][-1]]
+
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""
         reach = 1e-6 + getattr(self, "notch_width", 0.0) / 2
@@ -336,7 +341,9 @@ class PlaneSpecimen(Specimen):
         outline = self.outline(half)
         if dimension == 3:
             return mesh_prism(outline, sizes, self.thickness)
-        return mesh_polygon(outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half)
+        return mesh_polygon(
+            outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half, self.hinges
+        )
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
