@@ -38,7 +38,7 @@ def block(**changes: Any) -> Scene:
     return Scene(data).with_(**{key.replace("__", "."): value for key, value in changes.items()})
 
 
-COARSE = {"mesh.shape": "quad", "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11}
+COARSE = {"mesh.shape": "quad", "mesh.order": 1, "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11}
 
 
 def coarse_beam(name: str, plane: str, **changes: Any) -> Scene:

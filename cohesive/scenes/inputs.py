@@ -18,6 +18,7 @@ from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
+from ..law.widths import default_band_width
 from ..solver.columns import Column, columns_of
 from ..solver.stages import Stage
 from .names import check_names, hint, refuse
@@ -41,9 +42,6 @@ TABLES: dict[str, type] = {
 
 #: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
 ELEMENTS_IN_ZONE, COARSENING = 12, 8.0
-
-#: width of the band over the element size along the path, both by rule
-BAND_IN_ELEMENT = 0.25
 
 #: value of `specimen.crack` with which the path is found
 GROW = "grow"
@@ -125,12 +123,15 @@ class Inputs:
 
     @property
     def band_width(self) -> float:
-        """Width of the band along the path of a sized specimen, mm: a quarter of the crack size by rule, at most the width of
-        the notch, if the scene names none."""
-        if self.band.width is not None:
-            return self.band.width
+        """Width of the band along the path of a sized specimen, mm."""
+        return self.band_rule if self.band.width is None else self.band.width
+
+    @property
+    def band_rule(self) -> float:
+        """This width if the scene names none, mm: by rule, at most the width of the notch."""
+        known(self.kind, "the width of its band", self.sizes)
         notch = getattr(self.specimen, "notch_width", 0.0) or math.inf
-        return min(BAND_IN_ELEMENT * _crack_size(self.kind, self.specimen, self.material), notch)
+        return min(default_band_width(self.crack_length, self.material), notch)
 
 
 def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -227,17 +228,13 @@ def _sizes(
         return None
     table = table_of(data, "mesh")
     if "crack_size" not in table:
-        table["crack_size"] = _crack_size(kind, specimen, material)
+        length = known(kind, "the length of its crack", _path_length(specimen))
+        along, zone = length / specimen.elements_along, material.zone_length
+        table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
     if "far_size" not in table and is_a(table["crack_size"], float):
         table["far_size"] = COARSENING * table["crack_size"]
     table.setdefault("order", 2 if _dimension(specimen, model) == 2 else 1)
     return build_table(MeshSizes, table, "mesh")
-
-
-def _crack_size(kind: str, specimen: Specimen, material: Concrete) -> float:
-    """Element size along the crack by rule, mm."""
-    length = known(kind, "the length of its crack", _path_length(specimen))
-    return min(length / specimen.elements_along, material.zone_length / ELEMENTS_IN_ZONE)
 
 
 def _dimension(specimen: Specimen, model: ModelOptions) -> int:

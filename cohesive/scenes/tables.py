@@ -86,7 +86,13 @@ class InterfaceOptions(Table):
 class BandOptions(Table):
     """[band]: the crack band of the smeared model."""
 
-    width: float | None = key("width of the band along the path; default: a quarter of the default of mesh.crack_size, at most the notch's width", None, unit="mm", above=0)
+    width: float | None = key(
+        "width of the band along the path; default: the smaller of 1 % of the crack length and 1/60 of E Gf/ft^2, at most the "
+        "notch's width",
+        None,
+        unit="mm",
+        above=0,
+    )
     where: str = key(
         "'path': the crack path is a row of quadrilaterals, one element wide; 'everywhere': the crack may form in any "
         "element, refined near the path",

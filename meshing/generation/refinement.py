@@ -20,8 +20,8 @@ WHOLE_UP_TO = 20_000
 #: least number of elements on each segment of the crack path before they are halved
 _LEAST_ON_SEGMENT = 2
 
-#: how often the element at a hinge is halved towards it: half of its last part is all that does not open there
-_HALVED_AT_HINGE = 4
+#: the element at a hinge is halved towards it until the last part is this one: half of it is all that does not open there
+LAST_AT_HINGE = 1 / 16
 
 #: where a point of a curve belongs: (curve, (n, 2) points beside it) -> (n, 2)
 Projection = Callable[[int, Array], Array]
@@ -43,7 +43,7 @@ def with_hinges(path: Line, hinges: Sequence[Point], size: float) -> Line:
     length = math.dist(path[-2], path[-1])
     if (x, y) not in hinges or length < (1 + SLACK) * size:
         return path
-    parts = [size / length * 0.5**i for i in range(_HALVED_AT_HINGE + 1)]
+    parts = [size / length * 0.5**i for i in range(1 + round(-math.log2(LAST_AT_HINGE)))]
     return [*path[:-1], *((x + part * (x0 - x), y + part * (y0 - y)) for part in parts), path[-1]]
 
 

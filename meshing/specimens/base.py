@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -31,6 +31,9 @@ MAIN_GAUGE = "opening"
 
 #: nodes of tetrahedra, and of triangles, of second order over those of first order
 _MORE_IN_TETRAHEDRA, _MORE_IN_TRIANGLES = 7.0, 4.0
+
+#: squares more around a hinge, which triangles, or quadrilaterals, fill
+_AT_HINGE = {"triangle": 40.0, "quad": 140.0}
 
 #: normal of the plane strain or stress of an extruded specimen
 _ACROSS: Direction = (0.0, 0.0, 1.0)
@@ -328,6 +331,7 @@ class PlaneSpecimen(Specimen):
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
         cell = sizes.cell_type(2) if dimension == 2 else CELLS[sizes.shape]
+        flat += _AT_HINGE[sizes.shape] * len(self.hinges) * (0.5 if half else 1.0)
         flat = flat * cell.density + along
         if dimension == 2:
             return flat, sizes.order * along
@@ -338,12 +342,8 @@ class PlaneSpecimen(Specimen):
 
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
-        outline = self.outline(half)
-        if dimension == 3:
-            return mesh_prism(outline, sizes, self.thickness)
-        return mesh_polygon(
-            outline.corners, outline.crack, sizes, outline.slits, outline.nodes, outline.edges, outline.half, self.hinges
-        )
+        outline = replace(self.outline(half), hinges=self.hinges)
+        return mesh_prism(outline, sizes, self.thickness) if dimension == 3 else mesh_polygon(outline, sizes)
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
