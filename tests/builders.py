@@ -29,7 +29,7 @@ def block(**changes: Any) -> Scene:
     data: dict[str, Any] = {
         "title": "block",
         "specimen": {"kind": "single-crack", "width": 40.0, "height": 40.0, "thickness": 10.0},
-        "mesh": {"crack_size": 8.0, "far_size": 8.0},
+        "mesh": {"crack_size": 8.0, "far_size": 8.0, "order": 1},
         "material": {"preset": "reinhardt"},
         "interface": {"width": 0.3},
         "solver": {"tol": 1e-11},

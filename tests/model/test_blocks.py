@@ -33,8 +33,8 @@ def test_block_in_tension_is_the_law_in_series_with_elasticity(rotation: float, 
 def test_pure_shear_without_contact() -> None:
     width = 0.3  # next to h nothing: eq. (25) leaves no contact
     scene = block(
-        specimen__faces="clamped", specimen__drive_angle=90.0, mesh__order=1, interface__width=width,
-        material__h=1e18, solver__tol=1e-8, **{"stage__0": {"control": "sliding", "to": 1.6, "steps": 100}},
+        specimen__faces="clamped", specimen__drive_angle=90.0, interface__width=width, material__h=1e18,
+        solver__tol=1e-8, **{"stage__0": {"control": "sliding", "to": 1.6, "steps": 100}},
     )  # fmt: skip
     result = run(scene)
     m = scene.material
@@ -82,7 +82,7 @@ def excess(scene: Scene, width: float) -> float:
 @pytest.mark.parametrize("width", [1.0, pytest.param(8.0, marks=pytest.mark.long), 30.0])
 def test_a_bar_dissipates_the_same_on_any_mesh(width: float, along: int, shape: str) -> None:
     """The row has `along` elements; opened to 2 Zm, where e^-10 (1 + 5) of the energy is left."""
-    scene = smeared(band__width=width, mesh__order=1, mesh__crack_size=40.0 / along, mesh__far_size=40.0, mesh__shape=shape)
+    scene = smeared(band__width=width, mesh__crack_size=40.0 / along, mesh__far_size=40.0, mesh__shape=shape)
     Zm = scene.material.Zm
     stages = [{"control": "driven", "to": 0.02 * Zm, "steps": 6}, {"control": "driven", "to": 2.0 * Zm, "steps": 60}]
     result, states, built = run_and_keep(scene.with_(stage=stages))

@@ -17,7 +17,7 @@ from cohesive.commands.command_line import main
 from cohesive.scenes.scene import built_in, dump_toml
 from meshing import MeshError
 
-BEAM = Scene.load("notched-beam").data
+BEAM = Scene.load("notched-beam").data | {"mesh": {"crack_size": 1.25, "far_size": 10.0}}
 
 
 def changed(**changes: Any) -> dict[str, Any]:
