@@ -29,7 +29,7 @@ def block(**changes: Any) -> Scene:
     data: dict[str, Any] = {
         "title": "block",
         "specimen": {"kind": "single-crack", "width": 40.0, "height": 40.0, "thickness": 10.0},
-        "mesh": {"crack_size": 8.0, "far_size": 8.0},
+        "mesh": {"crack_size": 8.0, "far_size": 8.0, "order": 1},
         "material": {"preset": "reinhardt"},
         "interface": {"width": 0.3},
         "solver": {"tol": 1e-11},
@@ -38,7 +38,9 @@ def block(**changes: Any) -> Scene:
     return Scene(data).with_(**{key.replace("__", "."): value for key, value in changes.items()})
 
 
-COARSE = {"mesh.shape": "quad", "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11}
+COARSE = {
+    "mesh.shape": "quad", "mesh.order": 1, "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11,
+}  # fmt: skip
 
 
 def coarse_beam(name: str, plane: str, **changes: Any) -> Scene:

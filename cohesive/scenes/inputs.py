@@ -18,6 +18,7 @@ from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
+from ..law.widths import default_band_width
 from ..solver.columns import Column, columns_of
 from ..solver.stages import Stage
 from .names import check_names, hint, refuse
@@ -40,7 +41,7 @@ TABLES: dict[str, type] = {
 }
 
 #: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
-ELEMENTS_IN_ZONE, COARSENING = 15, 8.0
+ELEMENTS_IN_ZONE, COARSENING = 12, 8.0
 
 #: value of `specimen.crack` with which the path is found
 GROW = "grow"
@@ -101,7 +102,7 @@ class Inputs:
     @property
     def dimension(self) -> int:
         """Dimension in which a sized specimen is modelled."""
-        return self.model.dimension or min(self.specimen.dimensions, default=2)
+        return _dimension(self.specimen, self.model)
 
     @property
     def is_solid(self) -> bool:
@@ -126,11 +127,15 @@ class Inputs:
 
     @property
     def band_width(self) -> float:
-        """Width of the band along the path of a sized specimen, mm; if the scene names none, the smaller of the crack size and
-        the width of the notch."""
-        sizes = known(self.kind, "the width of its band", self.sizes)
+        """Width of the band along the path of a sized specimen, mm."""
+        return self.band_rule if self.band.width is None else self.band.width
+
+    @property
+    def band_rule(self) -> float:
+        """This width if the scene names none, mm: by rule, at most the width of the notch."""
+        known(self.kind, "the width of its band", self.sizes)
         notch = getattr(self.specimen, "notch_width", 0.0) or math.inf
-        return min(sizes.crack_size, notch) if self.band.width is None else self.band.width
+        return min(default_band_width(self.crack_length, self.material), notch)
 
 
 def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -164,14 +169,15 @@ def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
     kind, specimen = _specimen(data)
     specimen = specimen.located(find)
     material = _material(data)
+    model = build_table(ModelOptions, table_of(data, "model"), "model")
     inputs = Inputs(
         title,
         kind,
         specimen,
         material,
-        _sizes(data, kind, specimen, material),
+        _sizes(data, kind, specimen, material, model),
         build_table(InterfaceOptions, table_of(data, "interface"), "interface"),
-        build_table(ModelOptions, table_of(data, "model"), "model"),
+        model,
         build_table(BandOptions, table_of(data, "band"), "band"),
         build_table(SolverOptions, table_of(data, "solver"), "solver"),
         build_table(OutputOptions, table_of(data, "output"), "output"),
@@ -216,8 +222,10 @@ def _material(data: Mapping[str, Any]) -> Concrete:
     return build_table(Concrete, table, "material")
 
 
-def _sizes(data: Mapping[str, Any], kind: str, specimen: Specimen, material: Concrete) -> MeshSizes | None:
-    """[mesh] with the sizes that it leaves out: enough elements along the crack and within its process zone."""
+def _sizes(
+    data: Mapping[str, Any], kind: str, specimen: Specimen, material: Concrete, model: ModelOptions
+) -> MeshSizes | None:
+    """[mesh] with what it leaves out: enough elements along the crack and within its process zone, their order."""
     if not specimen.is_sized:
         if "mesh" in data:
             raise SceneError.at("mesh", f": a specimen of kind '{kind}' brings its own mesh; expected no [mesh] table")
@@ -229,7 +237,12 @@ def _sizes(data: Mapping[str, Any], kind: str, specimen: Specimen, material: Con
         table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
     if "far_size" not in table and is_a(table["crack_size"], float):
         table["far_size"] = COARSENING * table["crack_size"]
+    table.setdefault("order", 2 if _dimension(specimen, model) == 2 else 1)
     return build_table(MeshSizes, table, "mesh")
+
+
+def _dimension(specimen: Specimen, model: ModelOptions) -> int:
+    return model.dimension or min(specimen.dimensions, default=2)
 
 
 def known(kind: str, what: str, value: T | None) -> T:

@@ -72,8 +72,8 @@ class InterfaceOptions(Table):
     """[interface]: the zero-thickness elements of the discrete model."""
 
     width: float | str | None = key(
-        "width w of the crack plane, or 'h': eq. (21) as printed; default: the smaller of 1 % of the crack length and 0.4 % "
-        "of E Gf/ft^2",
+        "width w of the crack plane, or 'h': eq. (21) as printed; default: the smaller of 0.25 % of the crack length and "
+        "0.1 % of E Gf/ft^2",
         None,
         unit="mm",
         above=0,
@@ -91,7 +91,11 @@ class BandOptions(Table):
     """[band]: the crack band of the smeared model."""
 
     width: float | None = key(
-        "width of the band along the path; default: mesh.crack_size, at most the width of the notch", None, unit="mm", above=0
+        "width of the band along the path; default: the smaller of 1 % of the crack length and 1/60 of E Gf/ft^2, at most the "
+        "notch's width",
+        None,
+        unit="mm",
+        above=0,
     )
     where: str = key(
         "'path': the crack path is a row of quadrilaterals, one element wide; 'everywhere': the crack may form in any "

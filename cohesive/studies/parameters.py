@@ -86,7 +86,7 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
     Sizes are carried over by the ratio of the crack lengths or that of the characteristic lengths E Gf / ft^2, whichever
     asks for the finer mesh: the first keeps the number of elements along the crack, the second that in its process zone.
     Layers through a thickness keep their shape. Steps keep their number, and become more if they would grow longer in
-    units of Gf / ft. The interface width follows its own rule. Half a body, a shape and an order are taken over if the
+    units of Gf / ft. Widths follow their own rules. Half a body, a shape and an order are taken over if the
     specimen has them; all else is taken as it is.
 
     Parameters
@@ -119,7 +119,7 @@ def changes(scene: Scene, settings: Settings, like: Scene | None = None) -> Chan
     keys |= _layers(scene, like, settings)
     if scene.model.kind == "discrete":
         keys["interface.quadrature"] = settings.get("quadrature", like.interface.quadrature)
-    keys |= _width(scene, like, settings, crack)
+    keys |= _width(scene, like, settings)
     keys |= _steps(scene, like, settings.get("steps", 1.0) * finer)
     changed = {key: value for key, value in keys.items() if value != _current(scene, key)}
     if "mesh.crack_size" in changed and scene.given("mesh.far_size") is None:  # which would follow it
@@ -140,20 +140,21 @@ def _layers(scene: Scene, like: Scene, settings: Settings) -> Changes:
     return {"mesh.layers": max(1, round(count))}
 
 
-def _width(scene: Scene, like: Scene, settings: Settings, crack: float) -> Changes:
-    """Width of the interface, after its own rule, or of the band: of square elements unless it is changed on its own.
-    `crack` is the crack size, mm."""
-    finer = settings.get("finer", 1.0)
+def _width(scene: Scene, like: Scene, settings: Settings) -> Changes:
+    """Width of the interface, or of the band, each after its own rule."""
     if not _has_width(scene):
         return {}
-    if scene.model.kind == "smeared":
-        factor = settings.get("width", settings.get("crack size", 1.0)) / finer
-        width = like.band_width * min(_ratios(scene, like)) * factor
-        return {"band.width": width} if scene.band.width is not None or width != crack else {}
-    rule, rule_there = (default_width(each.crack_length, each.material) for each in (scene, like))
-    there = like.interface.width
-    factor = settings.get("width", 1.0) / finer * (there / rule_there if isinstance(there, float) else 1.0)
-    return {"interface.width": rule * factor} if scene.interface.width is not None or factor != 1.0 else {}
+    is_band = scene.model.kind == "smeared"
+    (here, rule), (there, rule_there) = (
+        (each.band.width, each.band_rule)
+        if is_band
+        else (each.interface.width, default_width(each.crack_length, each.material))
+        for each in (scene, like)
+    )
+    factor = settings.get("width", 1.0) / settings.get("finer", 1.0)
+    factor *= there / rule_there if isinstance(there, (int, float)) else 1.0
+    key = "band.width" if is_band else "interface.width"
+    return {key: rule * factor} if here is not None or factor != 1.0 else {}
 
 
 def distance(scene: Scene, like: Scene) -> float:

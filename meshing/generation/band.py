@@ -47,9 +47,7 @@ def mesh_band(outline: Outline, sizes: MeshSizes, width: float) -> meshio.Mesh:
     """
     edges = list(_narrowed(outline, width))
     narrow = _with_edges(outline, edges)
-    mesh = mesh_polygon(
-        narrow.corners, narrow.crack, sizes, narrow.slits, narrow.nodes, narrow.edges, narrow.half, narrow.holes
-    )
+    mesh = mesh_polygon(narrow, sizes)
     points = np.array([p for group in narrow.nodes.values() for p in group], dtype=float).reshape(-1, 2)
     places, shifts = [points], [np.zeros_like(points)]
     for _, (a, b), shift in edges:

@@ -22,6 +22,7 @@ class Outline:
     edges : polylines along the outline, by the name of the point set of their nodes.
     half : the crack runs along the outline, and a mirror image stands on its other side.
     holes : polygons inside the body.
+    hinges : ends of the crack at which it is meshed finer, since its faces rotate about them.
     """
 
     corners: Line
@@ -31,6 +32,7 @@ class Outline:
     edges: Mapping[str, Sequence[Point]] = field(default_factory=dict)
     half: bool = False
     holes: Sequence[Line] = ()
+    hinges: Sequence[Point] = ()
 
     @property
     def area(self) -> float:

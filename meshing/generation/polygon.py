@@ -12,29 +12,15 @@ from ..arrays import Index
 from ..cutting.edges import edges_on_path
 from ..cutting.insertion import cut_slits, insert_cracks, mirror_cracks
 from ..errors import MeshError
-from ..paths import SLACK, Line, Point, as_text, nodes_on_segment, path_length
+from ..paths import SLACK, Point, as_text, nodes_on_segment, path_length
 from .outline import Outline
-from .refinement import halvings
+from .refinement import halvings, with_hinges
 from .session import add_face, add_lines, collect, collect_halved, divide, generate, session, set_sizes
 from .sizes import MeshSizes, check_not_layered, check_sizes
 
 
-def mesh_polygon(
-    corners: Line,
-    crack: Sequence[Line],
-    sizes: MeshSizes,
-    slits: Sequence[Line] = (),
-    nodes: Mapping[str, Sequence[Point]] | None = None,
-    edges: Mapping[str, Sequence[Point]] | None = None,
-    half: bool = False,
-    holes: Sequence[Line] = (),
-) -> meshio.Mesh:
-    """Mesh a polygon, cut it along `crack` (with crack cells) and `slits` (without).
-
-    Parameters
-    ----------
-    corners, crack, slits, nodes, edges, half, holes : as those of `Outline`.
-    sizes : MeshSizes
+def mesh_polygon(outline: Outline, sizes: MeshSizes) -> meshio.Mesh:
+    """Mesh a body, cut it along its crack (with crack cells) and slits (without).
 
     Returns
     -------
@@ -46,12 +32,11 @@ def mesh_polygon(
     MeshError
         Naming the entity: a polyline that is degenerate or leaves the body, a point outside it.
     """
-    outline = Outline(corners, crack, slits, nodes or {}, edges or {}, half, holes)
     mesh = mesh_face(outline, sizes, conforming=True)
-    path = edges_on_path(mesh, "crack", crack)
-    if half:
+    path = edges_on_path(mesh, "crack", outline.crack)
+    if outline.half:
         return mirror_cracks(mesh, path)
-    return insert_cracks(mesh, path, edges_on_path(mesh, "notch", slits))
+    return insert_cracks(mesh, path, edges_on_path(mesh, "notch", outline.slits))
 
 
 def mesh_body(outline: Outline, sizes: MeshSizes) -> meshio.Mesh:
@@ -78,7 +63,12 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
     with session() as gmsh:
         occ = gmsh.model.occ
         face = add_face(gmsh, outline.corners, outline.holes)
-        crack = [line for path in outline.crack for line in add_lines(gmsh, path)]
+        # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
+        is_quad = sizes.has_quads
+        times = halvings(outline, sizes)
+        factor = 2.0 ** (times + is_quad)
+        paths = [with_hinges(path, outline.hinges, factor * sizes.crack_size) for path in outline.crack]
+        crack = [line for path in paths for line in add_lines(gmsh, path)]
         tools = [*crack] if conforming else []
         tools += [line for path in outline.slits for line in add_lines(gmsh, path)]
         tools += [(0, occ.addPoint(*p, 0)) for group in outline.nodes.values() for p in group]
@@ -86,15 +76,11 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
         if tools:
             _, image = occ.fragment([face], tools)
         occ.synchronize()
-        # quadrilaterals come from a mesh of twice the size, each of whose cells is divided: no triangle is left over
-        is_quad = sizes.has_quads
-        times = halvings(outline, sizes)
-        factor = 2.0 ** (times + is_quad)
         if conforming:
             crack = [(dim, tag) for pieces in image[1 : 1 + len(crack)] for dim, tag in pieces if dim == 1]
             for _, tag in crack:
                 divide(gmsh, tag, factor * sizes.crack_size)
-        set_sizes(gmsh, [tag for _, tag in crack], sizes, factor, is_divided=is_quad)
+        set_sizes(gmsh, [tag for _, tag in crack], sizes, factor, is_quad, outline.hinges if conforming else ())
         generate(gmsh, 1 if times else sizes.order)
         mesh = collect_halved(gmsh, times, sizes.order) if times else collect(gmsh)
     mesh.point_sets = {name: np.array([nearest(mesh, name, p) for p in group]) for name, group in outline.nodes.items()}

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import meshio
 import numpy as np
 
 from ..arrays import Array, Index
 from ..cells import CELLS
-from ..paths import segment_lengths
+from ..paths import SLACK, Line, Point, segment_lengths
 from .outline import Outline
 from .sizes import MeshSizes, expected_cells
 
@@ -19,6 +19,9 @@ WHOLE_UP_TO = 20_000
 
 #: least number of elements on each segment of the crack path before they are halved
 _LEAST_ON_SEGMENT = 2
+
+#: the element at a hinge is halved towards it until the last part is this one: half of it is all that does not open there
+LAST_AT_HINGE = 1 / 16
 
 #: where a point of a curve belongs: (curve, (n, 2) points beside it) -> (n, 2)
 Projection = Callable[[int, Array], Array]
@@ -31,6 +34,17 @@ def halvings(outline: Outline, sizes: MeshSizes) -> int:
     on_segment = min(lengths, default=math.inf) / sizes.crack_size
     wanted = sum(nodes > times * WHOLE_UP_TO for times in (1, 2))
     return max(n for n in range(wanted + 1) if n == 0 or on_segment >= 2**n * _LEAST_ON_SEGMENT)
+
+
+def with_hinges(path: Line, hinges: Sequence[Point], size: float) -> Line:
+    """A polyline whose last element of a size (mm), if it ends in a hinge, is halved towards it; one whose last segment is
+    shorter stays as it is."""
+    (x0, y0), (x, y) = path[-2:]
+    length = math.dist(path[-2], path[-1])
+    if (x, y) not in hinges or length < (1 + SLACK) * size:
+        return path
+    parts = [size / length * 0.5**i for i in range(1 + round(-math.log2(LAST_AT_HINGE)))]
+    return [*path[:-1], *((x + part * (x0 - x), y + part * (y0 - y)) for part in parts), path[-1]]
 
 
 def halved(mesh: meshio.Mesh, curves: Mapping[int, Index], project: Projection, times: int, order: int = 1) -> meshio.Mesh:

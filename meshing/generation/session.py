@@ -18,12 +18,15 @@ import numpy as np
 from ..arrays import Array, Index
 from ..cells import CELLS, counter_clockwise
 from ..errors import MeshError
-from ..paths import Line
-from .refinement import halved
+from ..paths import Line, Point
+from .refinement import LAST_AT_HINGE, halved
 from .sizes import GROWTH, MeshSizes
 
 #: growth in a mesh whose cells are divided afterwards: more would spoil their shapes
 _MOST_GROWTH = 0.5
+
+#: growth of the element size around a hinge
+GROWTH_AT_HINGE = 0.8
 
 #: meshio's name by gmsh's element number
 _NAMES = {cell.gmsh: name for name, cell in CELLS.items() if cell.gmsh is not None}
@@ -114,7 +117,14 @@ def divide(gmsh: ModuleType, curve: int, size: float) -> None:
     gmsh.model.mesh.setTransfiniteCurve(curve, max(1, round(math.dist(a, b) / size)) + 1)
 
 
-def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor: float, is_divided: bool = False) -> None:
+def set_sizes(
+    gmsh: ModuleType,
+    curves: Sequence[int],
+    sizes: MeshSizes,
+    factor: float,
+    is_divided: bool = False,
+    hinges: Sequence[Point] = (),
+) -> None:
     """Shape of the elements, and sizes that grow with the distance from some curves.
 
     Parameters
@@ -122,13 +132,14 @@ def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor:
     curves : tags of the crack path.
     factor : by which the elements that gmsh makes are larger than wanted, since their edges are halved afterwards.
     is_divided : whether gmsh itself halves those of quadrilaterals once.
+    hinges : points from which on the sizes grow from that of the divided element there.
     """
     field, option = gmsh.model.mesh.field, gmsh.option.setNumber
     distance = field.add("Distance")
     field.setNumbers(distance, "CurvesList", curves)
     field.setNumber(distance, "Sampling", 200)
     growth = max(GROWTH, min(_MOST_GROWTH, (factor / 2 if is_divided else factor) * GROWTH))
-    size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size, growth)
+    size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size, growth, hinges)
     if sizes.has_quads:
         option("Mesh.Algorithm", 8)
         option("Mesh.RecombineAll", 1)
@@ -138,11 +149,17 @@ def set_sizes(gmsh: ModuleType, curves: Sequence[int], sizes: MeshSizes, factor:
         option("Mesh.Algorithm", 6)
 
 
-def size_field(gmsh: ModuleType, distance: str, near: float, far: float, growth: float = GROWTH) -> None:
-    """Element sizes that grow from `near` to `far` (mm) with a distance, an expression of gmsh in x, y, z and fields."""
+def size_field(
+    gmsh: ModuleType, distance: str, near: float, far: float, growth: float = GROWTH, hinges: Sequence[Point] = ()
+) -> None:
+    """Element sizes that grow from `near` to `far` (mm) with a distance, an expression of gmsh in x, y, z and fields; faster
+    around hinges, each from that of its last element."""
     field = gmsh.model.mesh.field
     size = field.add("MathEval")
-    field.setString(size, "F", f"Min({far!r}, {near!r} + {growth} * {distance})")
+    expression = f"Min({far!r}, {near!r} + {growth} * {distance})"
+    for x, y in hinges:
+        expression = f"Min({expression}, {near * LAST_AT_HINGE!r} + {GROWTH_AT_HINGE} * Sqrt((x - {x!r})^2 + (y - {y!r})^2))"
+    field.setString(size, "F", expression)
     field.setAsBackgroundMesh(size)
     for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
         gmsh.option.setNumber(f"Mesh.{extra}", 0)

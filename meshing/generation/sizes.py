@@ -30,7 +30,7 @@ class MeshSizes:
     """
 
     crack_size: float = key(
-        "element size along the crack path; default: the smaller of 1/25 of the crack length and 1/15 of E Gf/ft^2",
+        "element size along the crack path; default: the smaller of 1/20 of the crack length and 1/12 of E Gf/ft^2",
         unit="mm",
         above=0,
         by_rule=True,
@@ -39,7 +39,13 @@ class MeshSizes:
         "element size far from the crack path; default: 8 times crack_size", unit="mm", above=0, by_rule=True
     )
     shape: str = key("shape of the elements; in 3D they stand for tetrahedra and hexahedra", "triangle", one_of=tuple(SHAPES))
-    order: int = key("order of the elements; hexahedra are of first order", 1, at_least=1, at_most=2)
+    order: int = key(
+        "order of the elements; hexahedra are of first order; default: 2 in the plane, 1 in space",
+        1,
+        at_least=1,
+        at_most=2,
+        by_rule=True,
+    )
     layers: int | None = key(
         "elements through the thickness of an extruded specimen, refused by any other; default: as thick as far_size",
         None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -31,6 +31,9 @@ MAIN_GAUGE = "opening"
 
 #: nodes of tetrahedra, and of triangles, of second order over those of first order
 _MORE_IN_TETRAHEDRA, _MORE_IN_TRIANGLES = 7.0, 4.0
+
+#: squares more around a hinge, which triangles, or quadrilaterals, fill
+_AT_HINGE = {"triangle": 40.0, "quad": 140.0}
 
 #: normal of the plane strain or stress of an extruded specimen
 _ACROSS: Direction = (0.0, 0.0, 1.0)
@@ -136,7 +139,7 @@ class Specimen(ABC):
     #: shapes of elements, see `MeshSizes`
     shapes: ClassVar[tuple[str, ...]] = tuple(SHAPES)
     #: elements along the crack on the mesh that is chosen by rule
-    elements_along: ClassVar[int] = 25
+    elements_along: ClassVar[int] = 20
     #: whether [mesh] gives its element sizes
     is_sized: ClassVar[bool] = True
     #: whether an outline describes it, in which crack paths can be found
@@ -306,6 +309,11 @@ class PlaneSpecimen(Specimen):
                     ends.append(((x, y), ((x1 - x) / length, (y1 - y) / length)))
         return ends
 
+    @property
+    def hinges(self) -> Sequence[Point]:
+        """The end of a crack path that goes on from one notch through the ligament: in the end the halves rotate about it."""
+        return [] if self.notch_depth is None else [self.paths[0][-1]]
+
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""
         reach = 1e-6 + getattr(self, "notch_width", 0.0) / 2
@@ -323,6 +331,7 @@ class PlaneSpecimen(Specimen):
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
         cell = sizes.cell_type(2) if dimension == 2 else CELLS[sizes.shape]
+        flat += _AT_HINGE[sizes.shape] * len(self.hinges) * (0.5 if half else 1.0)
         flat = flat * cell.density + along
         if dimension == 2:
             return flat, sizes.order * along
@@ -333,15 +342,12 @@ class PlaneSpecimen(Specimen):
 
     def mesh(self, sizes: MeshSizes, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a discrete crack: crack cells along the path, as `insert_cracks` gives it."""
-        outline = self.outline(half)
-        if dimension == 3:
-            return mesh_prism(outline, sizes, self.thickness)
-        o = outline
-        return mesh_polygon(o.corners, o.crack, sizes, o.slits, o.nodes, o.edges, o.half, o.holes)
+        outline = replace(self.outline(half), hinges=self.hinges)
+        return mesh_prism(outline, sizes, self.thickness) if dimension == 3 else mesh_polygon(outline, sizes)
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
-        outline = self.outline(half)
+        outline = replace(self.outline(half), hinges=self.hinges)
         return mesh_prism_band(outline, sizes, width, self.thickness) if dimension == 3 else mesh_band(outline, sizes, width)
 
     def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:

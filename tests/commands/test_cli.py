@@ -46,7 +46,7 @@ def test_frames_show_the_crack_open(folder: Path) -> None:
     assert len(files) >= 5
     mesh = meshio.read(folder / str(files[-1]))
     crack = mesh.cells[-1]
-    assert crack.type == "quad"
+    assert crack.type == "quad8"
     u = mesh.point_data["displacement"]
     jump = np.linalg.norm(u[crack.data[:, 3]] - u[crack.data[:, 0]], axis=1)
     assert jump.max() > 0.08  # 0.18 mm at the mouth, half of it half-way up

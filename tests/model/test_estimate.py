@@ -82,7 +82,7 @@ def test_the_limit_of_a_job_counts(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 def test_show_tells_what_is_expected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["show", "notched-beam", "-o", str(tmp_path)]) == 0
-    assert "expected:  about 9" in capsys.readouterr().out
+    assert "expected:  about 3" in capsys.readouterr().out
 
 
 @pytest.mark.slow

@@ -76,8 +76,9 @@ def test_they_are_extruded(name: str) -> None:
 
 def compliance(scene: Scene, measure: str) -> float:
     """Motion of a gauge under 1 N of the elastic body, with a crack plane almost without width, mm/N."""
-    width = 1e-4 * scene.crack_length
-    problem = build(scene.with_(**{"interface.width": width, "mesh.order": 2})).problem
+    assert scene.sizes is not None
+    fine = {"mesh.crack_size": scene.sizes.crack_size / 2, "mesh.far_size": scene.sizes.far_size / 2}
+    problem = build(scene.with_(**fine, **{"interface.width": 1e-4 * scene.crack_length})).problem
     return float(problem.measures[measure] @ problem.response(problem.point_law.elastic()))
 
 

@@ -59,7 +59,7 @@ def test_held_between_two_faces_a_push_off_test_is_one_in_plane_strain(model: st
         **{"model.plane": "strain", "mesh.crack_size": 60.0, "mesh.far_size": 80.0, "mesh.layers": 2, "solver.tol": 1e-11,
            "stage.0.steps": 4, "stage.1.steps": 4}
     )  # fmt: skip
-    sizes = {"crack_size": 60.0, "far_size": 80.0, "shape": "quad"}
+    sizes = {"crack_size": 60.0, "far_size": 80.0, "shape": "quad", "order": 1}
     flat = solid.with_(**{"model.dimension": 2, "mesh": sizes})
     assert_same_history(run(solid, model), run(flat, model), 1e-8)
 

@@ -18,7 +18,7 @@ from cohesive.scenes.scene import built_in, dump_toml
 from meshing import MeshError
 from tests.builders import block, coarse_beam
 
-BEAM = Scene.load("notched-beam").data
+BEAM = Scene.load("notched-beam").data | {"mesh": {"crack_size": 1.25, "far_size": 10.0}}
 
 
 def changed(**changes: Any) -> dict[str, Any]:

@@ -49,7 +49,8 @@ def test_a_bar_that_snaps_back_under_its_platen_is_followed_back(model: str) -> 
 def test_a_step_that_jumps_over_a_snap_back_is_not_taken(steps: int) -> None:
     """An inclined band in a tall block has an equilibrium with no load a step further, and Newton's method finds it."""
     scene = Scene.load("single-crack").with_(
-        **{"specimen.height": 1200.0, "model.kind": "smeared", "stage": [{"control": "driven", "to": 0.3, "steps": steps}]}
+        **{"specimen.height": 1200.0, "mesh.order": 1, "model.kind": "smeared",
+           "stage": [{"control": "driven", "to": 0.3, "steps": steps}]}
     )
     result = run(scene)
     assert any("driven goes back from 0.090" in note for note in result.notes)
@@ -105,7 +106,7 @@ def test_a_crack_without_an_equilibrium_close_by_snaps_to_the_next_one(branched:
     result, h = branched, branched.history
     assert h["driven"].max() == pytest.approx(0.06, rel=1e-4)
     snaps = [note for note in result.notes if "snaps at driven" in note]
-    assert 1 <= len(snaps) <= 3
+    assert 1 <= len(snaps) <= 4
     at, size = int(h["cuts"].argmax()), np.diff(h["driven"])  # no step is cut as often as the one that must snap
     assert size[at] > 0.5 * size[at - 1]  # the next one begins with its size, not with that which failed
     released = [float(note.split("sets ")[1].split()[0]) for note in snaps]

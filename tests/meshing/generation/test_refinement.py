@@ -37,10 +37,10 @@ def soon(monkeypatch):
 @pytest.mark.parametrize("shape", ["triangle", "quad"])
 def test_a_divided_mesh_is_one_that_gmsh_might_have_made(soon, shape, order):
     sizes = MeshSizes(0.5, 1.0, shape, order)
-    mesh = mesh_polygon(PLATE.corners, PLATE.crack, sizes, PLATE.slits, PLATE.nodes, PLATE.edges)
+    mesh = mesh_polygon(PLATE, sizes)
     soon()
     assert halvings(PLATE, sizes) == 2
-    divided = mesh_polygon(PLATE.corners, PLATE.crack, sizes, PLATE.slits, PLATE.nodes, PLATE.edges)
+    divided = mesh_polygon(PLATE, sizes)
     assert [block.type for block in divided.cells] == [block.type for block in mesh.cells]
     bulk = divided.cells[0].data
     assert np.unique(bulk).size == len(divided.points)  # every node is used

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from cohesive.elements.bulk import ElasticBlock, elasticity
-from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, SingleCrack, mesh_polygon
+from meshing import MeshError, MeshSizes, NotchedBeam, NotchedTension, Outline, SingleCrack, mesh_polygon
 from meshing.specimens.base import Gauge
 from meshing.specimens.compact_tension import CompactTension
 from meshing.specimens.l_panel import LPanel
@@ -66,7 +66,7 @@ def test_half_specimens(name: str) -> None:
 
 def test_a_point_outside_the_body_is_named() -> None:
     with pytest.raises(MeshError, match=r"load = \(9, 9\): expected a point of the body"):
-        mesh_polygon([(0, 0), (4, 0), (4, 4), (0, 4)], [[(2, 0), (2, 4)]], MeshSizes(1, 1), nodes={"load": [(9, 9)]})
+        mesh_polygon(Outline([(0, 0), (4, 0), (4, 4), (0, 4)], [[(2, 0), (2, 4)]], nodes={"load": [(9, 9)]}), MeshSizes(1, 1))
 
 
 def test_a_mixed_mode_plate_keeps_the_bounds_of_its_kind() -> None:
