@@ -39,7 +39,8 @@ def block(**changes: Any) -> Scene:
 
 
 COARSE = {
-    "mesh.shape": "quad", "mesh.order": 1, "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8, "solver.tol": 1e-11,
+    "mesh.shape": "quad", "mesh.order": 1, "mesh.crack_size": 2.5, "mesh.far_size": 12.0, "stage.0.steps": 8,
+    "solver.tol": 1e-11,
 }  # fmt: skip
 
 
