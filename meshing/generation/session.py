@@ -157,8 +157,9 @@ def size_field(
     field = gmsh.model.mesh.field
     size = field.add("MathEval")
     expression = f"Min({far!r}, {near!r} + {growth} * {distance})"
-    for x, y in hinges:
-        expression = f"Min({expression}, {near * LAST_AT_HINGE!r} + {GROWTH_AT_HINGE} * Sqrt((x - {x!r})^2 + (y - {y!r})^2))"
+    for x, y in hinges:  # gmsh reads no minus after another sign, and no names of number types
+        apart = f"Sqrt((x - ({x:.15f}))^2 + (y - ({y:.15f}))^2)"
+        expression = f"Min({expression}, {near * LAST_AT_HINGE!r} + {GROWTH_AT_HINGE} * {apart})"
     field.setString(size, "F", expression)
     field.setAsBackgroundMesh(size)
     for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cohesive import Scene
-from cohesive.law.widths import default_width
+from cohesive.law.widths import default_band_width, default_width
 from cohesive.scenes.scene import built_in
 from cohesive.studies.parameters import changes, label, problem, single
 
@@ -31,7 +31,7 @@ def test_a_scene_as_it_is_changes_nothing_and_every_setting_is_a_scene(name: str
 
 def test_finer_is_finer_in_everything() -> None:
     assert changes(BEAM, {"finer": 4.0}) == {
-        "mesh.crack_size": 0.25, "mesh.far_size": 2.0, "interface.width": 0.0625, "stage.0.steps": 240, "solver.tol": 1e-7,
+        "mesh.crack_size": 0.3125, "mesh.far_size": 2.5, "interface.width": 0.015625, "stage.0.steps": 240, "solver.tol": 1e-7,
     }  # fmt: skip
     smeared = BEAM.with_(**{"model.kind": "smeared", "band.width": 2.0})
     assert changes(smeared, {"finer": 2.0})["band.width"] == 1.0
@@ -46,10 +46,10 @@ def test_sizes_follow_the_shorter_of_crack_and_process_zone() -> None:
         return turned.crack_size, turned.far_size
 
     coarse = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0}  # which the user had
-    assert sizes(TWICE.with_(**coarse)) == pytest.approx((1.0, 8.0))  # E Gf / ft^2 is the same
+    assert sizes(TWICE.with_(**coarse)) == pytest.approx((1.25, 10.0))  # E Gf / ft^2 is the same
     tough = {"material.Gf": 4.0 * 0.07, "material.ft": 3.4}
-    assert sizes(TWICE.with_(**coarse, **tough)) == pytest.approx((2.0, 16.0))  # the crack is twice as long
-    assert sizes(TWICE.with_(**coarse, **{"material.Gf": 0.035})) == pytest.approx((0.5, 4.0))
+    assert sizes(TWICE.with_(**coarse, **tough)) == pytest.approx((2.5, 20.0))  # the crack is twice as long
+    assert sizes(TWICE.with_(**coarse, **{"material.Gf": 0.035})) == pytest.approx((0.625, 5.0))
 
 
 def test_the_width_follows_its_own_rule() -> None:
@@ -57,17 +57,17 @@ def test_the_width_follows_its_own_rule() -> None:
     assert "interface.width" not in changes(TWICE, {}, BEAM)  # which the scene has
     assert changes(TWICE, {"width": 2.0}, BEAM)["interface.width"] == 2.0 * rule
     assert changes(TWICE.with_(**{"interface.width": 3.0}), {}, BEAM)["interface.width"] == rule
-    wide = BEAM.with_(**{"interface.width": 0.5})  # twice its rule
+    wide = BEAM.with_(**{"interface.width": 0.125})  # twice its rule
     assert changes(TWICE, {}, wide)["interface.width"] == pytest.approx(2.0 * rule)
     as_printed = TWICE.with_(**{"interface.width": "h"})  # eq. (21) is the user's model
     assert "interface.width" not in changes(as_printed, {"width": 2.0}, BEAM) and {"width": 2.0} not in single(as_printed)
 
 
-def test_a_band_keeps_square_elements_unless_its_width_is_turned() -> None:
+def test_the_width_of_a_band_follows_its_own_rule() -> None:
     band = BEAM.with_(**{"model.kind": "smeared"})
     assert "band.width" not in changes(band, {"crack size": 2.0})
-    assert changes(band, {"crack size": 2.0, "width": 4.0})["band.width"] == 4.0
-    assert changes(band.with_(**{"band.width": 3.0}), {"crack size": 2.0}, band)["band.width"] == 2.0
+    assert changes(band, {"crack size": 2.0, "width": 4.0})["band.width"] == 4.0 * default_band_width(25.0, BEAM.material)
+    assert changes(band.with_(**{"band.width": 3.0}), {"crack size": 2.0}, band)["band.width"] == band.band_width
     everywhere = band.with_(**{"band.where": "everywhere"})
     assert "band.width" not in changes(everywhere, {"finer": 2.0}) and {"width": 2.0} not in single(everywhere)
 
