@@ -156,8 +156,9 @@ def size_field(
     around hinges, each from that of its last element."""
     field = gmsh.model.mesh.field
     size = field.add("MathEval")
+    near, far = float(near), float(far)
     expression = f"Min({far!r}, {near!r} + {growth} * {distance})"
-    for x, y in hinges:  # gmsh reads no minus after another sign, and no names of number types
+    for x, y in hinges:  # gmsh ends the process where a minus follows a sign, or a number of NumPy is named
         apart = f"Sqrt((x - ({x:.15f}))^2 + (y - ({y:.15f}))^2)"
         expression = f"Min({expression}, {near * LAST_AT_HINGE!r} + {GROWTH_AT_HINGE} * {apart})"
     field.setString(size, "F", expression)

@@ -105,3 +105,15 @@ def test_a_face_that_is_divided_keeps_its_path(soon):
     near = np.hypot(*(mesh.points - (25.0, 25.0)).T) < 2.0
     far = mesh.points[:, 0] > 50.0
     assert near.sum() / (np.pi * 4.0) > 5 * far.sum() / 400.0
+
+
+def test_sizes_around_a_hinge_grow_from_its_last_element() -> None:
+    """Left of the origin, and with numbers of NumPy: gmsh would end the process on an expression that it cannot read."""
+    corners = [(-4.0, 0.0), (4.0, 0.0), (4.0, 4.0), (-4.0, 4.0)]
+    outline = Outline(corners, [[(-3.0, 1.0), (-3.0, 4.0)]], hinges=[(-3.0, 4.0)])
+    sizes = MeshSizes(np.float64(0.5), np.float64(1.0))
+    mesh = mesh_polygon(outline, sizes)
+    y = np.unique(mesh.points[mesh.cells[-1].data.ravel(), 1])
+    np.testing.assert_allclose(np.diff(y)[-5:], 0.5 * np.array([1 / 2, 1 / 4, 1 / 8, 1 / 16, 1 / 16]), rtol=1e-9)
+    np.testing.assert_allclose(np.diff(y)[:-5], 0.5, rtol=1e-9)
+    assert len(mesh.points) < 1.5 * len(mesh_polygon(Outline(corners, outline.crack), sizes).points)
