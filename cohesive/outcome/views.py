@@ -13,6 +13,7 @@ from meshing.paths import along_paths
 
 from ..arrays import Array, Index, Mask
 from ..errors import SceneError
+from ..results.crushing import beside_loads
 from ..results.fields import magnification
 from .result import Result
 
@@ -37,7 +38,7 @@ class Views:
     displacement : (k, n, 2) array, mm
     stress : (k, m) array, major stress, MPa
     distance : (c,) array, of the crack cells along the path, ascending, mm
-    profiles : by name, (k, c) arrays; see `PROFILES`
+    profiles : by name, (k, c) arrays; see `PROFILES`. Tractions beyond ft in compression beside a load are NaN
     softening : (w, stress), mm and MPa
     factor : by which displacements are enlarged
     """
@@ -78,13 +79,18 @@ class Views:
             name: np.array([np.concatenate(frame.cell_data[name]) for frame in frames]) for name in ("stress_max", *PROFILES)
         }
         is_crack = np.concatenate(first.cell_data["is_crack"]) > 0
-        distance, order, group = _along(first, np.flatnonzero(is_crack), result)
+        distance, order, group, places = _along(first, np.flatnonzero(is_crack), result)
         displacement = np.array([frame.point_data["displacement"][used, :2] for frame in frames])
         extent = float(np.ptp(first.points[:, :2], axis=0).max())
         largest = float(abs(displacement).max())
         curve, material = result.scene.material.curve, result.scene.material
         end = float(curve.end)
         w = np.linspace(0.0, min(end, 5.0 * material.Gf / material.ft), _POINTS)
+        profiles = {name: _means(flat[name][:, order], group, len(distance)) for name in PROFILES}
+        # the traction under a load point has no limit: it says nothing of the crack
+        pressed = (profiles["traction_n"] < -material.ft) & beside_loads(result, places)
+        for name in ("traction_n", "traction_s"):
+            profiles[name] = np.where(pressed, np.nan, profiles[name])
         return cls(
             result,
             np.array(rows),
@@ -94,7 +100,7 @@ class Views:
             displacement,
             flat["stress_max"][:, number],
             distance,
-            {name: _means(flat[name][:, order], group, len(distance)) for name in PROFILES},
+            profiles,
             (w, curve.stress(w)),
             magnification(extent, largest),
         )
@@ -156,16 +162,16 @@ def _compact(polygons: list[Index]) -> tuple[Index, list[Index]]:
     return used, np.split(flat, ends)
 
 
-def _along(mesh: meshio.Mesh, cracks: Index, result: Result) -> tuple[Array, Index, Index]:
-    """Distances along the path, ascending; the crack cells in this order; and to which distance each belongs: cells through
-    the thickness share one."""
+def _along(mesh: meshio.Mesh, cracks: Index, result: Result) -> tuple[Array, Index, Index, Array]:
+    """Distances along the path, ascending; the crack cells in this order; to which distance each belongs, cells through the
+    thickness sharing one; and the centre of a cell there."""
     corners = [row for block in mesh.cells for row in block.data]
-    centres = np.array([mesh.points[corners[i], :2].mean(axis=0) for i in cracks])
-    along = along_paths(centres, result.scene.specimen.paths)
+    centres = np.array([mesh.points[corners[i], : result.fields.mesh.points.shape[1]].mean(axis=0) for i in cracks])
+    along = along_paths(centres[:, :2], result.scene.specimen.paths)
     order = np.argsort(along, kind="stable")
     extent = max(float(np.ptp(mesh.points[:, :2], axis=0).max()), 1e-300)
     is_new = np.diff(along[order], prepend=-np.inf) > 1e-6 * extent
-    return along[order][is_new], cracks[order], np.cumsum(is_new) - 1
+    return along[order][is_new], cracks[order], np.cumsum(is_new) - 1, centres[order][is_new]
 
 
 def _means(values: Array, group: Index, count: int) -> Array:

@@ -234,7 +234,7 @@ def test_a_beam_is_evaluated_without_a_model_beside_its_fit(tmp_path: Path) -> N
     to = {"stage.0.to": [0.02, 0.5], "specimen.length": 220.0, "specimen.span": 200.0}
     fitted = fit(beam(**to), {"material.Gf": VARY["material.Gf"]}, reference=measured(rows=30, **to))
     values = fitted.evaluations[0].values
-    assert values["E"] == pytest.approx(30e3, rel=0.2)  # by a formula, from rows that the zone ahead of the notch bends already
+    assert values["E"] == pytest.approx(30e3, rel=0.2)  # by a formula, from rows that the crack bends already
     assert values["GF, tail"] == pytest.approx(0.1, rel=0.1)
     assert "without a model" in fitted.summary()
     fitted.save(tmp_path)
