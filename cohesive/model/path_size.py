@@ -9,11 +9,11 @@ from ..scenes.inputs import ELEMENTS_IN_ZONE
 from .mesh import CrackedMesh
 
 #: elements along a crack by rule, in the plane, and along the root of a crack's area in space
-_ALONG = {2: 25, 3: 12}
+_ALONG = {2: 20, 3: 12}
 
-#: from this multiple of the rule's size on elements of first order cost more than 1 % of the peak on beams and panels, and
+#: from this multiple of the rule's size on, by dimension, elements of first order cost more than 1 % of the peak on beams and panels, and
 #: those of second order from twice as much on
-_COARSE = 1.6
+_COARSE = {2: 1.25, 3: 1.6}
 
 
 def path_size_note(mesh: CrackedMesh, concrete: Concrete, crack_length: float, extruded: bool) -> str:
@@ -31,7 +31,7 @@ def path_size_note(mesh: CrackedMesh, concrete: Concrete, crack_length: float, e
     number = _ALONG[mesh.dimension]
     rule = min(crack_length / number, concrete.zone_length / ELEMENTS_IN_ZONE)
     order = 1 if mesh.faces.data.shape[1] == 2 * corners.shape[1] else 2
-    limit = _COARSE * rule * order
+    limit = _COARSE[mesh.dimension] * rule * order
     count = int((sides > limit).sum())
     if not count:
         return ""

@@ -23,6 +23,7 @@ class Outline:
     half : the crack runs along the outline, and a mirror image stands on its other side.
     holes : polygons inside the body.
     hinges : ends of the crack at which it is meshed finer, since its faces rotate about them.
+    least_size : of the elements there, mm.
     """
 
     corners: Line
@@ -33,6 +34,7 @@ class Outline:
     half: bool = False
     holes: Sequence[Line] = ()
     hinges: Sequence[Point] = ()
+    least_size: float = 0.0
 
     @property
     def area(self) -> float:

@@ -14,7 +14,7 @@ from ..cutting.insertion import cut_slits, insert_cracks, mirror_cracks
 from ..errors import MeshError
 from ..paths import SLACK, Point, as_text, nodes_on_segment, path_length
 from .outline import Outline
-from .refinement import halvings, with_hinges
+from .refinement import halvings, halvings_at_hinge, with_hinges
 from .session import add_face, add_lines, collect, collect_halved, divide, generate, session, set_sizes
 from .sizes import MeshSizes, check_not_layered, check_sizes
 
@@ -67,7 +67,8 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
         is_quad = sizes.has_quads
         times = halvings(outline, sizes)
         factor = 2.0 ** (times + is_quad)
-        paths = [with_hinges(path, outline.hinges, factor * sizes.crack_size) for path in outline.crack]
+        parts = halvings_at_hinge(outline, sizes)
+        paths = [with_hinges(path, outline.hinges, factor * sizes.crack_size, parts) for path in outline.crack]
         crack = [line for path in paths for line in add_lines(gmsh, path)]
         tools = [*crack] if conforming else []
         tools += [line for path in outline.slits for line in add_lines(gmsh, path)]
@@ -80,7 +81,7 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
             crack = [(dim, tag) for pieces in image[1 : 1 + len(crack)] for dim, tag in pieces if dim == 1]
             for _, tag in crack:
                 divide(gmsh, tag, factor * sizes.crack_size)
-        set_sizes(gmsh, [tag for _, tag in crack], sizes, factor, is_quad, outline.hinges if conforming else ())
+        set_sizes(gmsh, [tag for _, tag in crack], sizes, factor, is_quad, outline.hinges if conforming else (), 0.5**parts)
         generate(gmsh, 1 if times else sizes.order)
         mesh = collect_halved(gmsh, times, sizes.order) if times else collect(gmsh)
     mesh.point_sets = {name: np.array([nearest(mesh, name, p) for p in group]) for name, group in outline.nodes.items()}

@@ -20,8 +20,8 @@ WHOLE_UP_TO = 20_000
 #: least number of elements on each segment of the crack path before they are halved
 _LEAST_ON_SEGMENT = 2
 
-#: the element at a hinge is halved towards it until the last part is this one: half of it is all that does not open there
-LAST_AT_HINGE = 1 / 16
+#: the element at a hinge is halved towards it so often: half of the last part is all that does not open there
+_HALVED_AT_HINGE = 4
 
 #: where a point of a curve belongs: (curve, (n, 2) points beside it) -> (n, 2)
 Projection = Callable[[int, Array], Array]
@@ -36,14 +36,19 @@ def halvings(outline: Outline, sizes: MeshSizes) -> int:
     return max(n for n in range(wanted + 1) if n == 0 or on_segment >= 2**n * _LEAST_ON_SEGMENT)
 
 
-def with_hinges(path: Line, hinges: Sequence[Point], size: float) -> Line:
-    """A polyline whose last element of a size (mm), if it ends in a hinge, is halved towards it; one whose last segment is
-    shorter stays as it is."""
+def halvings_at_hinge(outline: Outline, sizes: MeshSizes) -> int:
+    """How often the element at a hinge is halved."""
+    return max(0, min(_HALVED_AT_HINGE, math.floor(math.log2(sizes.crack_size / max(outline.least_size, 1e-300)))))
+
+
+def with_hinges(path: Line, hinges: Sequence[Point], size: float, times: int) -> Line:
+    """A polyline whose last element of a size (mm), if it ends in a hinge, is halved towards it some times; one whose last
+    segment is shorter stays as it is."""
     (x0, y0), (x, y) = path[-2:]
     length = math.dist(path[-2], path[-1])
-    if (x, y) not in hinges or length < (1 + SLACK) * size:
+    if not times or (x, y) not in hinges or length < (1 + SLACK) * size:
         return path
-    parts = [size / length * 0.5**i for i in range(1 + round(-math.log2(LAST_AT_HINGE)))]
+    parts = [size / length * 0.5**i for i in range(times + 1)]
     return [*path[:-1], *((x + part * (x0 - x), y + part * (y0 - y)) for part in parts), path[-1]]
 
 

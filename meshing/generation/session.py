@@ -19,7 +19,7 @@ from ..arrays import Array, Index
 from ..cells import CELLS, counter_clockwise
 from ..errors import MeshError
 from ..paths import Line, Point
-from .refinement import LAST_AT_HINGE, halved
+from .refinement import halved
 from .sizes import GROWTH, MeshSizes
 
 #: growth in a mesh whose cells are divided afterwards: more would spoil their shapes
@@ -124,6 +124,7 @@ def set_sizes(
     factor: float,
     is_divided: bool = False,
     hinges: Sequence[Point] = (),
+    last: float = 1.0,
 ) -> None:
     """Shape of the elements, and sizes that grow with the distance from some curves.
 
@@ -132,14 +133,14 @@ def set_sizes(
     curves : tags of the crack path.
     factor : by which the elements that gmsh makes are larger than wanted, since their edges are halved afterwards.
     is_divided : whether gmsh itself halves those of quadrilaterals once.
-    hinges : points from which on the sizes grow from that of the divided element there.
+    hinges, last : points from which on the sizes grow from this part of the crack size.
     """
     field, option = gmsh.model.mesh.field, gmsh.option.setNumber
     distance = field.add("Distance")
     field.setNumbers(distance, "CurvesList", curves)
     field.setNumber(distance, "Sampling", 200)
     growth = max(GROWTH, min(_MOST_GROWTH, (factor / 2 if is_divided else factor) * GROWTH))
-    size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size, growth, hinges)
+    size_field(gmsh, f"F{distance}", factor * sizes.crack_size, factor * sizes.far_size, growth, hinges, last)
     if sizes.has_quads:
         option("Mesh.Algorithm", 8)
         option("Mesh.RecombineAll", 1)
@@ -150,17 +151,23 @@ def set_sizes(
 
 
 def size_field(
-    gmsh: ModuleType, distance: str, near: float, far: float, growth: float = GROWTH, hinges: Sequence[Point] = ()
+    gmsh: ModuleType,
+    distance: str,
+    near: float,
+    far: float,
+    growth: float = GROWTH,
+    hinges: Sequence[Point] = (),
+    last: float = 1.0,
 ) -> None:
     """Element sizes that grow from `near` to `far` (mm) with a distance, an expression of gmsh in x, y, z and fields; faster
-    around hinges, each from that of its last element."""
+    around hinges, each from a part `last` of `near`."""
     field = gmsh.model.mesh.field
     size = field.add("MathEval")
     near, far = float(near), float(far)
     expression = f"Min({far!r}, {near!r} + {growth} * {distance})"
     for x, y in hinges:  # gmsh ends the process where a minus follows a sign, or a number of NumPy is named
         apart = f"Sqrt((x - ({x:.15f}))^2 + (y - ({y:.15f}))^2)"
-        expression = f"Min({expression}, {near * LAST_AT_HINGE!r} + {GROWTH_AT_HINGE} * {apart})"
+        expression = f"Min({expression}, {last * near!r} + {GROWTH_AT_HINGE} * {apart})"
     field.setString(size, "F", expression)
     field.setAsBackgroundMesh(size)
     for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):

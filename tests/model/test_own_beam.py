@@ -63,7 +63,7 @@ def test_long_elements_along_the_path_are_warned_of_once(tmp_path: Path) -> None
             assert len(coarse) == is_warned, (model, count)
             if is_warned:
                 assert coarse[0].startswith(
-                    f"warning: {count} of the {count} elements along the crack are longer than 2.56 mm"
+                    f"warning: {count} of the {count} elements along the crack are longer than 2.5 mm"
                 )
 
 

@@ -23,7 +23,7 @@ def test_the_width_of_the_band_is_warned_of_and_refused() -> None:
     first = [{"control": "driven", "to": 0.01, "steps": 1}]
     for part, noted in ((0.049, False), (0.051, True), (0.5, True)):
         result = run(smeared(band__width=part * limit, stage=first, **tall))
-        assert (len(result.notes) == 1 and f"{100 * part:.1f} % more than Gf" in result.notes[0]) == noted
+        assert any(f"{100 * part:.1f} % more than Gf" in note for note in result.notes) == noted
     with pytest.raises(ValueError, match=r"^band.width = 828.5\d+: .* 201 % of Gf .*expected less than 820.3 mm$"):
         run(smeared(band__width=1.01 * limit, stage=first, **tall))
 

@@ -99,7 +99,7 @@ def test_a_surface_that_ends_inside_the_body_is_a_crack_with_a_front(tmp_path: P
     result = run(own(tmp_path, stage__0__to=0.001))
     assert result.facts.crack_area == pytest.approx(200.0)
     coarse, front = result.notes
-    assert coarse.startswith("warning: 2 of the 2 elements along the crack are longer than 1.18 mm, up to 10 mm;")
+    assert coarse.startswith("warning: 2 of the 2 elements along the crack are longer than 1.89 mm, up to 10 mm;")
     assert front == "the crack surface ends inside the body along 10 mm of its edge; there is the front"
     write(tmp_path / "box.inp", solid)
     assert not any("front" in note for note in run(own(tmp_path, stage__0__to=0.001)).notes)

@@ -215,7 +215,7 @@ def crack(*paths: list[tuple[float, float]], **changes: Any) -> NotchedBeam:
         (crack([(0, 25), (0, 60)]), 2.0, r"25 mm of it follow element edges inside the body, which it leaves at \(0, 50\)"),
         (crack([(40, 0), (60, 2)]), 2.0, r"too wide .* elements turn over; expected at most 0"),
         (crack([(0, 25), (0, 40), (0.2, 20)]), 1.0, r"too wide .* at \(0\.\d+, 3\d"),
-        (crack([(0, 25), (0, 30), (4, 31), (4, 34), (0, 35)]), 6.0, r"too wide .* at \(3\.\d+, 3\d"),
+        (crack([(0, 25), (0, 30), (4, 31), (4, 34), (0, 35)]), 6.0, r"too wide .* at \(-?\d\.\d+, 3\d"),
         (crack([(-20, 35), (20, 45)], [(-20, 45), (20, 35)]), 2.0, r"too wide .* at \(-?\d\.\d+, \d\d\.\d"),
         (beam(gauge=5.0, notch=0.0), 8.0, "too wide for the crack path and what lies beside it"),
         (SingleCrack(40, 30, 10, gauge=4.0), 6.0, "too wide for the crack path and what lies beside it"),
