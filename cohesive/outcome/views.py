@@ -57,13 +57,7 @@ class Views:
 
     @classmethod
     def from_result(cls, result: Result) -> Views:
-        """The frames of a result.
-
-        Raises
-        ------
-        SceneError
-            If it has none.
-        """
+        """The frames of a result; SceneError if it has none."""
         rows = result.frame_rows()
         if not rows:
             raise SceneError(

@@ -107,13 +107,8 @@ def _facets_of_set(name: str, clean: meshio.Mesh, cells: list[Index], index: Ind
 
 
 def region_numbers(mesh: meshio.Mesh, kept: Sequence[int], regions: Sequence[str]) -> list[Index]:
-    """For each cell of the blocks `kept` of a file 0 or, in a region, 1 + its index.
-
-    Raises
-    ------
-    MeshError
-        If a region is no set of elements of the file, or two of them share an element.
-    """
+    """For each cell of the blocks `kept` of a file 0 or, in a region, 1 + its index; MeshError if a region is no set of
+    elements of the file, or two of them share an element."""
     members = cell_members(mesh)
     numbers = [np.zeros(len(mesh.cells[i]), dtype=np.int64) for i in kept]
     for number, name in enumerate(regions, start=1):
