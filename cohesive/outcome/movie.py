@@ -128,7 +128,7 @@ def _curve(axes: Axes, views: Views) -> Callable[[int], None]:
 
 def _traction(axes: Axes, views: Views) -> Callable[[int], None]:
     values: Array = views.profiles["traction_n"]
-    low, high = float(values.min()), float(values.max())
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
     ft = float(views.softening[1][0])
     low, high = max(low, -2.0 * ft), min(high, 2.0 * ft)  # the process zone is to be seen beside contact
     room = 0.08 * max(high - low, 1e-12)

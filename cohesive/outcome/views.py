@@ -14,6 +14,7 @@ from ..arrays import Array, Index, Mask
 from ..elements.rotations import major_stress
 from ..errors import SceneError
 from ..model.mesh import CrackedMesh
+from ..results.crushing import beside_loads
 from ..results.fields import magnification
 from .result import Result
 
@@ -38,7 +39,7 @@ class Views:
     displacement : (k, n, 2) array, mm
     stress : (k, m) array, major stress, MPa
     distance : (c,) array, of the crack cells along the path, ascending, mm
-    profiles : by name, (k, c) arrays; see `PROFILES`
+    profiles : by name, (k, c) arrays; see `PROFILES`. Tractions beyond ft in compression beside a load are NaN
     softening : (w, stress), mm and MPa
     factor : by which displacements are enlarged
     """
@@ -72,13 +73,18 @@ class Views:
         for own, frame in zip(stress, frames, strict=True):
             values = np.concatenate([major_stress(each) for each in frame.stress])
             own[: len(values)] = values
-        distance, order, group = _along(mesh, result)
+        distance, order, group, places = _along(mesh, result)
         displacement = np.array([frame.displacement[used, :2] for frame in frames])
         extent = float(np.ptp(mesh.points[:, :2], axis=0).max())
-        profiles = {name: np.array([frame.cracks[name][order] for frame in frames]) for name in PROFILES}
+        each_cell = {name: np.array([frame.cracks[name][order] for frame in frames]) for name in PROFILES}
+        profiles = {name: _means(values, group, len(distance)) for name, values in each_cell.items()}
         curve, material = result.scene.material.curve, result.scene.material
         end = float(curve.end)
         w = np.linspace(0.0, min(end, 5.0 * material.Gf / material.ft), _POINTS)
+        # the traction under a load point has no limit: it says nothing of the crack
+        pressed = (profiles["traction_n"] < -material.ft) & beside_loads(result, places)
+        for name in ("traction_n", "traction_s"):
+            profiles[name] = np.where(pressed, np.nan, profiles[name])
         return cls(
             result,
             np.array(rows),
@@ -88,7 +94,7 @@ class Views:
             displacement,
             stress[:, number],
             distance,
-            {name: _means(values, group, len(distance)) for name, values in profiles.items()},
+            profiles,
             (w, curve.stress(w)),
             magnification(extent, float(abs(displacement).max())),
         )
@@ -149,16 +155,16 @@ def _compact(polygons: list[Index]) -> tuple[Index, list[Index]]:
     return used, np.split(flat, ends)
 
 
-def _along(mesh: CrackedMesh, result: Result) -> tuple[Array, Index, Index]:
-    """Distances along the path, ascending; the crack cells in this order; and to which distance each belongs: cells through
-    the thickness share one."""
+def _along(mesh: CrackedMesh, result: Result) -> tuple[Array, Index, Index, Array]:
+    """Distances along the path, ascending; the crack cells in this order; to which distance each belongs, cells through the
+    thickness sharing one; and the centre of a cell there."""
     cracks = mesh.whole.cells[len(mesh.bulk) :]
-    centres = np.concatenate([mesh.points[block.data][..., :2].mean(axis=1) for block in cracks])
-    along = along_paths(centres, result.scene.specimen.paths)
+    centres = np.concatenate([mesh.points[block.data].mean(axis=1) for block in cracks])
+    along = along_paths(centres[:, :2], result.scene.specimen.paths)
     order = np.argsort(along, kind="stable")
     extent = max(float(np.ptp(mesh.points[:, :2], axis=0).max()), 1e-300)
     is_new = np.diff(along[order], prepend=-np.inf) > 1e-6 * extent
-    return along[order][is_new], order, np.cumsum(is_new) - 1
+    return along[order][is_new], order, np.cumsum(is_new) - 1, centres[order][is_new]
 
 
 def _means(values: Array, group: Index, count: int) -> Array:

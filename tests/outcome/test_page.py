@@ -68,6 +68,17 @@ def test_profiles_follow_the_path(folder: Path) -> None:
     assert views.profiles["traction_n"][-1][0] == pytest.approx(on_curve, rel=0.05)  # the cell's mean, over its opening
 
 
+def test_the_traction_under_the_load_is_left_out(folder: Path) -> None:
+    """It has no limit there, -20 ft on this mesh; elsewhere the path is drawn to its end."""
+    views = Views.from_result(Result.load(folder / "discrete"))
+    for traction in views.profiles["traction_n"]:
+        pressed = np.isnan(traction)
+        assert pressed.any() and not pressed[views.distance < 0.9 * views.distance[-1]].any()
+        assert np.nanmin(traction) > -4.0 * views.result.scene.material.ft
+    assert np.isfinite(views.profiles["opening"]).all()
+
+
+
 def test_two_runs_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "both.html"
     write_page([Views.from_result(Result.load(folder / name)) for name in ("discrete", "smeared")], path)
@@ -78,7 +89,7 @@ def test_two_runs_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
 def test_a_solid_body_shows_its_front_face(folder: Path) -> None:
     views = Views.from_result(Result.load(folder / "solid"))
     assert {len(corners) for corners in views.polygons} == {4} and views.points.shape[1] == 2
-    assert len(views.distance) == 10  # cells through the thickness share a place
+    assert len(views.distance) == 18  # cells through the thickness share a place
 
 
 def test_without_frames_there_is_nothing_to_show(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
