@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -79,7 +78,7 @@ def run(
         scene = found_scene(scene, found)
     reference = load_reference(scene)
     built = build(scene, tangent, on_phase, model.model if isinstance(model, Prepared) else None)
-    with notebook_progress(scene.stages) if on_step is None else nullcontext(on_step) as then:
+    with notebook_progress(scene.stages, on_step) as then:
         return _march(scene, built, reference, tangent, output, then, found=found)
 
 
@@ -102,7 +101,7 @@ def resume(
     """
     last = Checkpoint.read(Path(folder))
     built = build(last.scene, last.tangent, on_phase)
-    with notebook_progress(last.scene.stages) if on_step is None else nullcontext(on_step) as then:
+    with notebook_progress(last.scene.stages, on_step) as then:
         return _march(last.scene, built, load_reference(last.scene), last.tangent, folder, then, last, last.found)
 
 

@@ -21,7 +21,7 @@ from cohesive.solver.problem import State
 from cohesive.solver.stages import Stage
 from cohesive.solver.stepper import LoadStepper, solve
 from meshing import MeshError
-from meshing.generation.extrusion import with_mid_nodes
+from meshing.generation.refinement import with_mid_nodes
 
 
 def block(**changes: Any) -> Scene:

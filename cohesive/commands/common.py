@@ -55,6 +55,11 @@ def add_scene(parser: argparse.ArgumentParser, default: str, example: str, may_l
     add_set(parser, f"change a key, as in {example} (see `cohesive keys`)")
 
 
+def add_model(parser: argparse.ArgumentParser) -> None:
+    """The model, of commands that take one."""
+    parser.add_argument("--model", help="discrete or smeared, overrides model.kind")
+
+
 def add_verbose(parser: argparse.ArgumentParser) -> None:
     """Whether residuals are printed."""
     parser.add_argument("-v", "--verbose", action="store_true", help="print the Newton residuals of every step")
@@ -64,7 +69,8 @@ def load_scene(options: argparse.Namespace) -> Scene:
     """The scene of a command line with its changes."""
     if options.scene is None:
         raise SceneError("no scene: expected SCENE, a TOML file or the name of a built-in scene, or --resume DIR")
-    return Scene.load(options.scene, options.run_scripts).with_(**assignments(options.set))
+    scene = Scene.load(options.scene, options.run_scripts).with_(**assignments(options.set))
+    return scene.with_(**{"model.kind": options.model}) if getattr(options, "model", None) else scene
 
 
 #: numbers as people write them, which TOML does not know: .5, 5. or 007

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from .common import Commands, add_set, assignments
+from .common import Commands, add_set, load_scene
 
 
 def add_parser(commands: Commands) -> None:
@@ -30,9 +30,8 @@ def _execute(options: argparse.Namespace) -> int:
     from ..errors import SceneError
     from ..explore.explorer import Explorer
     from ..explore.server import ExploreServer
-    from ..scenes.scene import Scene
 
-    explorer = Explorer(Scene.load(options.scene, options.run_scripts).with_(**assignments(options.set)))
+    explorer = Explorer(load_scene(options))
     if error := explorer.answer({}).get("error"):
         raise SceneError(f"explore {options.scene}: {error}")
     try:

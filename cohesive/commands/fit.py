@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import SceneError
 from ..results.files import make_folder
-from ..scenes.keys import scene_keys
+from ..scenes.keys import key_units
 from ..scenes.scene import Scene
 from .common import Commands, add_set, assignments, is_scene
 
@@ -122,7 +122,7 @@ def _fit_each(
         intervals[specimen.name] = {
             key: [end if isfinite(end) else None for end in ends] for key, ends in fitted.intervals.items()
         }
-    units = {f"{key.table}.{key.name}": key.unit for key in scene_keys(scene.given("specimen").get("kind"))}
+    units = key_units(scene)
     series = Series([each.name for each in specimens], columns, {key: units.get(key, "") for key in columns})
     print(series.summary())
     write_series(folder, series, curves, {"intervals": intervals}, scene.output)

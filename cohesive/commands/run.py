@@ -20,6 +20,7 @@ from ..solver.stages import expected_steps
 from .common import (
     ENDS,
     Commands,
+    add_model,
     add_scene,
     add_verbose,
     assignments,
@@ -43,7 +44,7 @@ def add_parser(commands: Commands) -> None:
     p = commands.add_parser("run", help="run a scene", description="Run a scene and write curve, pictures and fields.")
     add_scene(p, "the scene's name", "material.Gf=0.1", may_lack=True)
     p.add_argument("--resume", metavar="DIR", help="go on with a run that was killed or interrupted, in its folder; no SCENE")
-    p.add_argument("--model", help="discrete or smeared, overrides model.kind")
+    add_model(p)
     p.add_argument(
         "--movie", nargs="?", const="movie.gif", metavar="FILE", help="also an animation: movie.gif, or FILE (.gif or .mp4)"
     )
@@ -58,8 +59,6 @@ def _execute(options: argparse.Namespace) -> int:
         with lock_folder(options.resume):
             return _finished(options, Path(options.resume), resumed)
     scene = load_scene(options)
-    if options.model:
-        scene = scene.with_(**{"model.kind": options.model})
     if options.movie:
         scene = scene.with_(**{"output.frames": max(scene.output.frames, MOVIE_FRAMES)})
     folder = Path(options.output or Path(options.scene).stem)

@@ -14,7 +14,7 @@ from ..model.estimate import estimate
 from ..model.marks import DRIVE, GAUGE, PRESSURE, SUPPORT, marks
 from ..model.mesh import CrackedMesh, cracked_mesh
 from ..results.files import make_folder, write_file
-from .common import Commands, add_scene, load_scene
+from .common import Commands, add_model, add_scene, load_scene
 
 if TYPE_CHECKING:
     from ..scenes.scene import Scene
@@ -31,7 +31,7 @@ def add_parser(commands: Commands) -> None:
         description="Mesh a scene and show it: sets, crack path, what is held, driven and measured. Nothing is solved.",
     )
     add_scene(p, "the scene's name", "mesh.crack_size=2")
-    p.add_argument("--model", help="discrete or smeared, overrides model.kind")
+    add_model(p)
     p.set_defaults(execute=_execute)
 
 
@@ -39,8 +39,6 @@ def _execute(options: argparse.Namespace) -> int:
     from ..figures.mesh import save_mesh  # with matplotlib, which is slow to import
 
     scene = load_scene(options)
-    if options.model:
-        scene = scene.with_(**{"model.kind": options.model})
     folder = Path(options.output or Path(options.scene).stem)
     make_folder(folder)
     mesh = cracked_mesh(scene)

@@ -6,7 +6,6 @@ import argparse
 import sys
 import tomllib
 from collections.abc import Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -45,8 +44,7 @@ def _execute(options: argparse.Namespace) -> int:
     scene, vary = load_scene(options), _values(options.vary)
     folder = Path(options.output or f"{Path(options.scene).stem}-sweep")
     status, total = 0, int(np.prod([len(each) for each in vary.values()], dtype=float))
-    cluster = dask_executor(options.dask) if options.dask else nullcontext()
-    with lock_folder(folder), cluster as executor, progress(total, "run") as bar:
+    with lock_folder(folder), dask_executor(options.dask) as executor, progress(total, "run") as bar:
 
         def on_run(run: SweptRun) -> None:
             bar.update()

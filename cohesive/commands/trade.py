@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 
 from ..errors import NotConverged
@@ -38,7 +37,7 @@ def _execute(options: argparse.Namespace) -> int:
     settings = [name.strip() for name in names.split(",")] if names else None
     folder = Path(options.output) if options.output else trade_folder(options.scene)
     make_folder(folder)
-    with dask_executor(options.dask) if options.dask else nullcontext() as executor, progress(unit="run") as bar:
+    with dask_executor(options.dask) as executor, progress(unit="run") as bar:
 
         def on_trial(trial: SweepSetting) -> None:
             bar.update()

@@ -46,7 +46,7 @@ _TITLE_WIDTH, _TITLE_LINES = 11, 2
 def save_curve(data: RunData, path: Path) -> None:
     """The curve of a run, with what was measured if there is something; for a platen that moves both ways also the mean
     tractions on the crack against sliding and opening."""
-    both = data.drives_both_ways and data.scene.output.curve is None
+    both = data.facts.has_platen and data.scene.output.curve is None
     figure = new_figure(11.0 if both else 6.4, 4.4, data.scene.output)
     axes, *others = figure.subplots(1, 3 if both else 1, squeeze=False)[0]
     draw_curve(axes, data)
@@ -65,7 +65,7 @@ def draw_curve(axes: Axes, data: RunData) -> None:
     `RunData.controlled` says."""
     history = data.history
     name, over = data.scene.output.curve or (data.controlled, "load")
-    if data.drives_both_ways and data.scene.output.curve is None:
+    if data.facts.has_platen and data.scene.output.curve is None:
         (label, x, y), along = abscissa(data), data.drive_travel
         axes.set_xlabel(f"{label} (mm)")
         set_force_label(axes, "load along its motion", data.scene.output.force_unit)
@@ -112,7 +112,7 @@ def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Arr
     its travel, along which its load acts. That curve is broken (NaN) at each stage that turns the platen.
     """
     load, measure = data.history["load"], measure or data.controlled
-    if not data.drives_both_ways:
+    if not data.facts.has_platen:
         return measure, data.history[measure], load
     stage = data.history["stage"].astype(int)
     begins = np.flatnonzero(np.diff(stage)) + 1
@@ -124,7 +124,7 @@ def abscissa(data: RunData, measure: str | None = None) -> tuple[str, Array, Arr
 def draw_reference(axes: Axes, data: RunData, measure: str, with_distance: bool = False) -> None:
     """The measured curves or bands that the scene names, if they go over this measure, and how far the run lies from them."""
     reference = data.reference
-    if reference is None or reference.against != measure or data.drives_both_ways:
+    if reference is None or reference.against != measure or data.facts.has_platen:
         return
     several, mean = len(reference.curves) > 1, reference.mean()
     judged = {each.name: each for each in data.agreement} if with_distance else {}

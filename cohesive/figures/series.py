@@ -21,13 +21,8 @@ FILES = ("series.csv", "series.json", "series.png")
 def write_series(
     folder: Path, series: Series, curves: Sequence[Measured], facts: Mapping[str, Any], output: OutputOptions
 ) -> None:
-    """Write series.csv, series.json, which begins with some facts, and series.png, with what a scene says of figures.
-
-    Raises
-    ------
-    SceneError
-        If a file cannot be written.
-    """
+    """Write series.csv, series.json, which begins with some facts, and series.png, with what a scene says of figures;
+    SceneError if a file cannot be written."""
     head, *rows = series.rows()
     write_table(folder / FILES[0], map(str, head), (["" if cell is None else cell for cell in row] for row in rows))
     numbers = {

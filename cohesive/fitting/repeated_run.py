@@ -14,6 +14,7 @@ from ..arrays import Array, Index
 from ..errors import SceneError, TooCostly
 from ..law.concrete import Concrete
 from ..law.crack_plane import CrackPlane
+from ..model.build import build
 from ..model.model import Model
 from ..model.prepared import Prepared, prepare
 from ..scenes.inputs import table_hint
@@ -91,7 +92,7 @@ class RepeatedRun:
         """The model of a scene that differs from the last one in some values; of another mesh or another stiffness one that is
         kept for the runs to come, or not."""
         try:
-            return self._prepared.model_of(self._prepared.scene_of(scene))
+            return build(self._prepared.scene_of(scene), kept=self._prepared.model)
         except SceneError:
             prepared = self._prepare(scene)
             self._prepared = prepared if keeps else self._prepared

@@ -39,13 +39,8 @@ class Boundary:
 
 
 def boundary(setup: Setup, mesh: CrackedMesh, half: bool) -> Boundary:
-    """Where a specimen is held and driven.
-
-    Raises
-    ------
-    SceneError
-        For a location that is not in the mesh, or a direction with another number of components.
-    """
+    """Where a specimen is held and driven; SceneError for a location that is not in the mesh, or a direction with another
+    number of components."""
     supports: list[Constraint] = []
     yielding: list[Constraint] = []
     acting: list[float] = []

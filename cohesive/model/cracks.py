@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,19 +53,6 @@ class CrackPart(ABC):
     def strength_left(self, state: State) -> Array:
         """Stress of the softening curve that each damaged point has come to, over ft, (p,); inf if it is undamaged. In a band
         the least of its planes."""
-
-    def cell_values(self, state: State) -> dict[str, Array]:
-        """Means of `point_values` over the cells."""
-        count = np.bincount(self.cell)
-        return {name: np.bincount(self.cell, values) / count for name, values in self.point_values(state).items()}
-
-    def cell_stresses(self, state: State, sizes: Sequence[int]) -> list[Array]:
-        """Mean stress in the cells of the blocks of a band that have `sizes` cells, (n, k) each."""
-        if not sizes:
-            return []
-        count = np.bincount(self.cell)
-        mean = np.stack([np.bincount(self.cell, component) / count for component in state.cracks.stress.T], axis=1)
-        return np.split(mean, np.cumsum(sizes)[:-1])
 
 
 def values_by_name(jump: Array, traction: Array, damage: Array, planes: Array) -> dict[str, Array]:

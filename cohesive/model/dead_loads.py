@@ -16,6 +16,7 @@ from meshing.specimens.base import Pressure
 from ..arrays import Array
 from ..elements.registry import facet_of
 from ..errors import SceneError
+from .boundary import nodes_at
 from .elements import Elements
 from .mesh import CrackedMesh
 
@@ -55,13 +56,8 @@ def dead_loads(specimen: Specimen, mesh: CrackedMesh, elements: Elements, E: flo
 
 def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
     """Forces of a pressure, (m, d), N for each mm of thickness in the plane."""
-    if pressure.at not in mesh.sets:
-        names = ", ".join(sorted(mesh.sets)) or "none"
-        raise SceneError(
-            f"specimen.pressures.at = {pressure.at!r}: the mesh has no such set; it has {names}", "specimen.pressures"
-        )
     inside = np.zeros(len(mesh.points), dtype=bool)
-    inside[mesh.sets[pressure.at]] = True
+    inside[nodes_at(mesh, "pressures.at", pressure.at)] = True
     force = np.zeros(mesh.points.shape)
     has_faces = False
     for cells in _alike([*mesh.bulk, *mesh.band]):
@@ -72,10 +68,9 @@ def _pressed(mesh: CrackedMesh, pressure: Pressure) -> Array:
         shares = facet_of(cells[0].type).shares
         np.add.at(force, nodes, -pressure.value * shares[None, :, None] * outward[:, None, :])
     if not has_faces:
-        raise SceneError(
-            f"specimen.pressures.at = {pressure.at!r}: no face of the body has all of its nodes in this set; expected the "
-            "nodes of some faces",
-            "specimen.pressures",
+        raise SceneError.at(
+            "specimen.pressures.at",
+            f" = {pressure.at!r}: no face of the body has all of its nodes in this set; expected the nodes of some faces",
         )
     return force
 

@@ -41,13 +41,7 @@ class Mark:
 
 
 def marks(specimen: Specimen, mesh: CrackedMesh, plane: str, half: bool) -> list[Mark]:
-    """All marks of a specimen.
-
-    Raises
-    ------
-    SceneError
-        For a location that is not in the mesh.
-    """
+    """All marks of a specimen; SceneError for a location that is not in the mesh."""
     setup = Setup.from_specimen(specimen, mesh, plane, half)
     return [
         *_supports(setup, mesh),

@@ -53,11 +53,6 @@ class Model:
         return bool(self.band)
 
     @property
-    def has_platen(self) -> bool:
-        """Whether a platen moves along two directions, so that the load is not always that of the opening."""
-        return self.problem.loading.moved.is_platen
-
-    @property
     def library(self) -> str:
         """What solves the linear systems."""
         return getattr(self.problem.stiffness, "library", "SciPy")

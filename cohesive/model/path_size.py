@@ -11,8 +11,8 @@ from .mesh import CrackedMesh
 #: elements along a crack by rule, in the plane, and along the root of a crack's area in space
 _ALONG = {2: 20, 3: 12}
 
-#: from this multiple of the rule's size on, by dimension, elements of first order cost more than 1 % of the peak on beams and panels, and
-#: those of second order from twice as much on
+#: from this multiple of the rule's size on, by dimension, elements of first order cost more than 1 % of the peak on beams and
+#: panels, and those of second order from twice as much on
 _COARSE = {2: 1.25, 3: 1.6}
 
 

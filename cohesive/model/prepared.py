@@ -87,10 +87,6 @@ class Prepared:
                 raise SceneError.at(key, f" = {now!r}: the mesh and its stiffness were prepared with {was!r}; expected that")
         return scene
 
-    def model_of(self, scene: Scene, tangent: str = "consistent") -> Model:
-        """The model of a scene from `scene_of`."""
-        return build(scene, tangent, kept=self.model)
-
 
 def prepare(scene: Scene, model: str | None = None) -> Prepared:
     """Mesh and condense a scene once, for many runs: `run(other, prepared)`.

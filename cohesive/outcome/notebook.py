@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from ..solver.stages import Stage
 
 
+OnStep = Callable[[Any, dict[str, float]], None]
+
+
 def html_of(data: RunData) -> str:
     """A small table, and the curve as a picture in the text."""
     measures, full = curve_measures(data), data.full_energy
@@ -53,10 +56,10 @@ def is_notebook() -> bool:
 
 
 @contextmanager
-def notebook_progress(stages: Sequence[Stage]) -> Iterator[Callable[[Any, dict[str, float]], None] | None]:
-    """What moves a bar below the cell after each step; None if this is no notebook."""
-    if not is_notebook():
-        yield None
+def notebook_progress(stages: Sequence[Stage], given: OnStep | None = None) -> Iterator[OnStep | None]:
+    """What is called after each step: what is given, else what moves a bar below the cell; None if this is no notebook."""
+    if given is not None or not is_notebook():
+        yield given
         return
     from tqdm.auto import tqdm  # with the widgets of the notebook, if they are there
 

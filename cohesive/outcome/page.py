@@ -15,13 +15,7 @@ from .views import Views
 
 
 def write_page(views: Sequence[Views], path: Path) -> None:
-    """Write the page of one run, or of two that are compared.
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be written.
-    """
+    """Write the page of one run, or of two that are compared; SceneError if the file cannot be written."""
     template = resources.files("cohesive.outcome").joinpath("page.html").read_text(encoding="utf-8")
     titles = list(dict.fromkeys(each.result.scene.title for each in views))
     write_text(path, filled(template, [each.as_data() for each in views], " and ".join(titles)))

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import meshio
 import numpy as np
 
 from meshing.cells import CELLS
 from meshing.paths import along_paths
 
 from ..arrays import Array, Index, Mask
+from ..elements.rotations import major_stress
 from ..errors import SceneError
+from ..model.mesh import CrackedMesh
 from ..results.crushing import beside_loads
 from ..results.fields import magnification
 from .result import Result
@@ -57,36 +58,29 @@ class Views:
 
     @classmethod
     def from_result(cls, result: Result) -> Views:
-        """The frames of a result.
-
-        Raises
-        ------
-        SceneError
-            If it has none.
-        """
+        """The frames of a result; SceneError if it has none."""
         rows = result.frame_rows()
         if not rows:
             raise SceneError(
                 f"{result.scene.title}: the run has no frames to show; expected output.frames above 0, as in "
                 "--set output.frames=40"
             )
-        frames = [result.frame_mesh(result.frame(row)) for row in rows]
-        first = frames[0]
-        cells = _cells(first)
+        frames, mesh = [result.frame(row) for row in rows], result.fields.mesh
+        cells = _cells(mesh)
         used, polygons = _compact([corners for corners, _, _ in cells])
         number = np.array([at for _, at, _ in cells])
-        flat = {
-            name: np.array([np.concatenate(frame.cell_data[name]) for frame in frames]) for name in ("stress_max", *PROFILES)
-        }
-        is_crack = np.concatenate(first.cell_data["is_crack"]) > 0
-        distance, order, group, places = _along(first, np.flatnonzero(is_crack), result)
-        displacement = np.array([frame.point_data["displacement"][used, :2] for frame in frames])
-        extent = float(np.ptp(first.points[:, :2], axis=0).max())
-        largest = float(abs(displacement).max())
+        stress = np.zeros((len(rows), sum(len(block.data) for block in mesh.whole.cells)))
+        for own, frame in zip(stress, frames, strict=True):
+            values = np.concatenate([major_stress(each) for each in frame.stress])
+            own[: len(values)] = values
+        distance, order, group, places = _along(mesh, result)
+        displacement = np.array([frame.displacement[used, :2] for frame in frames])
+        extent = float(np.ptp(mesh.points[:, :2], axis=0).max())
+        each_cell = {name: np.array([frame.cracks[name][order] for frame in frames]) for name in PROFILES}
+        profiles = {name: _means(values, group, len(distance)) for name, values in each_cell.items()}
         curve, material = result.scene.material.curve, result.scene.material
         end = float(curve.end)
         w = np.linspace(0.0, min(end, 5.0 * material.Gf / material.ft), _POINTS)
-        profiles = {name: _means(flat[name][:, order], group, len(distance)) for name in PROFILES}
         # the traction under a load point has no limit: it says nothing of the crack
         pressed = (profiles["traction_n"] < -material.ft) & beside_loads(result, places)
         for name in ("traction_n", "traction_s"):
@@ -94,15 +88,15 @@ class Views:
         return cls(
             result,
             np.array(rows),
-            first.points[used, :2],
+            mesh.points[used, :2],
             polygons,
             np.array([kind for _, _, kind in cells]),
             displacement,
-            flat["stress_max"][:, number],
+            stress[:, number],
             distance,
             profiles,
             (w, curve.stress(w)),
-            magnification(extent, largest),
+            magnification(extent, float(abs(displacement).max())),
         )
 
     def as_data(self) -> dict[str, Any]:
@@ -137,20 +131,19 @@ def _short(values: Array) -> Any:
     return [float(f"{value:.4g}") if np.isfinite(value) else None for value in values.tolist()]
 
 
-def _cells(mesh: meshio.Mesh) -> list[tuple[Index, int, bool]]:
+def _cells(mesh: CrackedMesh) -> list[tuple[Index, int, bool]]:
     """Corners, number and kind of the elements that are drawn: all in 2D, of a solid body the faces at its front."""
     drawn: list[tuple[Index, int, bool]] = []
-    crack = np.split(np.concatenate(mesh.cell_data["is_crack"]) > 0, np.cumsum([len(b.data) for b in mesh.cells])[:-1])
-    front = mesh.points[:, 2].max()
-    is_front = mesh.points[:, 2] > front - 1e-9 * max(np.ptp(mesh.points, axis=0).max(), 1.0)
+    height = mesh.points[:, -1]  # of a solid body
+    is_front = height > height.max() - 1e-9 * max(mesh.extent, 1.0)
     first = 0
-    for block, is_crack in zip(mesh.cells, crack, strict=True):
+    for number, block in enumerate(mesh.whole.cells):
         kind = CELLS[block.type]
         ring = kind.n_corners if kind.dimension == 2 else kind.facet_corners
         for face in kind.faces if kind.dimension == 3 else (tuple(range(ring)),):
             corners = block.data[:, list(face[:ring])]
             at = np.flatnonzero(is_front[corners].all(axis=1)) if kind.dimension == 3 else np.arange(len(corners))
-            drawn += [(corners[i], first + int(i), bool(is_crack[i])) for i in at]
+            drawn += [(corners[i], first + int(i), number >= len(mesh.bulk)) for i in at]
         first += len(block.data)
     return drawn
 
@@ -162,16 +155,16 @@ def _compact(polygons: list[Index]) -> tuple[Index, list[Index]]:
     return used, np.split(flat, ends)
 
 
-def _along(mesh: meshio.Mesh, cracks: Index, result: Result) -> tuple[Array, Index, Index, Array]:
+def _along(mesh: CrackedMesh, result: Result) -> tuple[Array, Index, Index, Array]:
     """Distances along the path, ascending; the crack cells in this order; to which distance each belongs, cells through the
     thickness sharing one; and the centre of a cell there."""
-    corners = [row for block in mesh.cells for row in block.data]
-    centres = np.array([mesh.points[corners[i], : result.fields.mesh.points.shape[1]].mean(axis=0) for i in cracks])
+    cracks = mesh.whole.cells[len(mesh.bulk) :]
+    centres = np.concatenate([mesh.points[block.data].mean(axis=1) for block in cracks])
     along = along_paths(centres[:, :2], result.scene.specimen.paths)
     order = np.argsort(along, kind="stable")
     extent = max(float(np.ptp(mesh.points[:, :2], axis=0).max()), 1e-300)
     is_new = np.diff(along[order], prepend=-np.inf) > 1e-6 * extent
-    return along[order][is_new], cracks[order], np.cumsum(is_new) - 1, centres[order][is_new]
+    return along[order][is_new], order, np.cumsum(is_new) - 1, centres[order][is_new]
 
 
 def _means(values: Array, group: Index, count: int) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -79,8 +79,7 @@ def _in_band(judged: Agreement, measured: Measured, x: Array, y: Array) -> Agree
     away = (load - bound) / np.maximum(abs(bound), 1e-300)
     is_inside = (low <= load) & (load <= high)
     outside = tuple(zip(*(v[~is_inside].tolist() for v in (at, load, away)), strict=True))
-    facts = {name: getattr(judged, name) for name in ("name", "start", "end", "rms", "area", "peak")}
-    return Agreement(**facts, inside=int(is_inside.sum()), points=len(at), outside=outside)
+    return replace(judged, inside=int(is_inside.sum()), points=len(at), outside=outside)
 
 
 def _peak(measured: Measured) -> float:

@@ -135,8 +135,8 @@ class Fields:
         values |= {row: cracks.point_values(states[row]) for row in more.tolist() if row not in values}
         point_rows = np.array(sorted(values), dtype=np.int64)
         whole = {row: states[row] for row in rows.tolist()}
-        sizes = [sum(len(block.cells) for block in model.band)] if model.band else []
-        stress = [each for state in whole.values() for each in cracks.cell_stresses(state, sizes)]
+        in_band = whole.values() if model.is_smeared else ()
+        stress = [np.stack([_means(cracks.cell, each) for each in state.cracks.stress.T], axis=1) for state in in_band]
         return cls(
             mesh,
             model.bulk,
@@ -182,8 +182,7 @@ class Fields:
         LookupError
             If they were not kept.
         """
-        count = np.bincount(self.cell)
-        return {name: np.bincount(self.cell, values) / count for name, values in self.at_points(row).items()}
+        return {name: _means(self.cell, values) for name, values in self.at_points(row).items()}
 
     def at_points(self, row: int) -> dict[str, Array]:
         """The values at the points with cracks in a row, see `Frame`; (p,) each.
@@ -249,6 +248,11 @@ def _displacements(model: Model, states: list[State]) -> Array:
         for first in range(0, len(states), _AT_ONCE)
     ]
     return np.concatenate(parts) if parts else np.zeros((0, *model.mesh.points.shape))
+
+
+def _means(cell: Index, values: Array) -> Array:
+    """Means over the cells of values at points, (p,)."""
+    return np.asarray(np.bincount(cell, values) / np.bincount(cell))
 
 
 def _place(rows: Index, row: int, what: str) -> int:

@@ -138,13 +138,8 @@ def write_history(data: RunData, folder: Path) -> None:
 
 
 def write_scene(scene: Scene, data: Mapping[str, Any], folder: Path) -> None:
-    """scene.toml, which runs from there: `data` are those of the scene with the names of the copied files.
-
-    Raises
-    ------
-    SceneError
-        If the material has a softening curve that no file can hold.
-    """
+    """scene.toml, which runs from there: `data` are those of the scene with the names of the copied files; SceneError if the
+    material has a softening curve that no file can hold."""
     try:
         softening_data(scene.material.softening)
     except ParameterError as error:
@@ -164,12 +159,7 @@ def remove(folder: Path, names: Sequence[str]) -> None:
 
 
 def check_names(folder: Path) -> None:
-    """Refuse a folder in which something stands in the way of a run's files.
-
-    Raises
-    ------
-    SceneError
-    """
+    """Refuse a folder in which something stands in the way of a run's files; SceneError."""
     for path in (*(folder / name for name in FILES), *frame_files(folder)):
         if os.path.isdir(path):
             raise SceneError(f"output folder '{folder}': {path.name} is a folder; expected a file of this name, or none")

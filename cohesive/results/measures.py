@@ -19,7 +19,7 @@ def label_of(data: RunData, column: str) -> str:
     """What a column is called in words: its name, but for the mean jump if another measure of the opening is in charge."""
     gauges = data.scene.specimen.gauges()
     measures = (data.controlled, *(stage.control for stage in data.scene.stages))
-    is_beside = not data.gauge_is_elastic and any(name in gauges for name in measures)
+    is_beside = not data.scene.specimen.has_main_gauge and any(name in gauges for name in measures)
     return (_JUMPS.get(column, column) if is_beside else column).replace("_", " ")
 
 

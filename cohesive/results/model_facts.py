@@ -76,7 +76,7 @@ class ModelFacts:
             model.library,
             cracks.area,
             cracks.width,
-            model.has_platen,
+            problem.loading.moved.is_platen,
             {name: 1.0 / motion if motion else None for name, motion in moved.items()},
             added,
             0.0 if planes is None else _departure(scene, model, planes),

@@ -28,6 +28,7 @@ _ADDED = 0.05
 #: after the peak the load ripples if it rises again by more than this part of the peak, so often
 _RISE, _RIPPLES = 5e-3, 2
 
+
 def summary(data: RunData) -> str:
     """What was modelled, what came out, and what to be wary of."""
     h = data.history
@@ -129,7 +130,7 @@ def _crack_line(data: RunData) -> str:
 
 def _measured(data: RunData) -> str:
     """What the elastic compliance is of."""
-    return "the opening" if data.gauge_is_elastic else "the driven motion"
+    return "the opening" if data.scene.specimen.has_main_gauge else "the driven motion"
 
 
 def _soft_cracks(data: RunData) -> str:
@@ -151,5 +152,3 @@ def _holds(data: RunData) -> str:
         if stage.unload is None and (np.diff(stage.targets) == 0).any():
             return f"warning: stage.{i}.to repeats a target, which takes no step: time is not modelled, nothing is held"
     return ""
-
-

@@ -10,7 +10,6 @@ import numpy as np
 from meshing.paths import Point, along_paths, as_text
 
 from ..arrays import Array
-from ..solver.columns import Column, columns_of
 from .agreement import Agreement, agreements
 from .peak import Peak, peak_weights
 
@@ -103,7 +102,7 @@ class RunData:
         if self.reference is not None and self.reference.against in self.history:
             return self.reference.against
         controls = [stage.control for stage in self.scene.stages if self.unit_of(stage.control) == "mm"]
-        gauge = "cmod" if "cmod" in self.history and not self.gauge_is_elastic else "opening"
+        gauge = "cmod" if "cmod" in self.history and not self.scene.specimen.has_main_gauge else "opening"
         return controls[-1] if controls else gauge
 
     @property
@@ -113,7 +112,7 @@ class RunData:
 
     def unit_of(self, column: str) -> str:
         """Unit of a column of the history; empty for a number without one, and for what is no column."""
-        return next((each.unit for each in run_columns(self.scene) if each.name == column), "")
+        return next((each.unit for each in self.scene.columns if each.name == column), "")
 
     @property
     def steps(self) -> int:
@@ -220,16 +219,6 @@ class RunData:
         """Width of the crack plane, or of a band along the path, mm."""
         return self.facts.width
 
-    @property
-    def drives_both_ways(self) -> bool:
-        """Whether a platen moves along two directions, so that the load is not always that of the opening."""
-        return self.facts.has_platen
-
-    @property
-    def gauge_is_elastic(self) -> bool:
-        """Whether the opening is measured over a length of the body, not as the mean jump."""
-        return self.scene.specimen.has_main_gauge
-
     def added_compliance(self) -> float:
         """What the interface's width adds to the elastic compliance of opening under load, see `ModelFacts`."""
         return self.facts.added_compliance
@@ -289,9 +278,3 @@ def spread(last: int, count: int) -> list[int]:
     """So many rows, evenly spread, of which the last is one and the first is not."""
     rows: list[int] = np.linspace(0, last, count + 1).round().astype(int)[1:].tolist()
     return rows
-
-
-def run_columns(scene: Scene) -> tuple[Column, ...]:
-    """The columns of the history of a scene's runs."""
-    specimen = scene.specimen
-    return columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces()))

@@ -40,13 +40,8 @@ def write_result(data: RunData, folder: Path) -> None:
 
 
 def read_folder(folder: Path) -> dict[str, Any]:
-    """What the folder of a run holds: the arguments of its result.
-
-    Raises
-    ------
-    SceneError
-        If a file is missing or broken, or the scene cannot be made again.
-    """
+    """What the folder of a run holds: the arguments of its result; SceneError if a file is missing or broken, or the scene
+    cannot be made again."""
     for name in (RESULT, "scene.toml"):
         if not os.path.isfile(folder / name):
             raise SceneError(f"'{folder}': there is no {name}; expected the folder of a run that this version saved")

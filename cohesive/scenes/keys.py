@@ -12,6 +12,7 @@ from meshing.keys import default_of, expected, key_of
 from meshing.specimens import SPECIMENS
 
 from .inputs import TABLES, alternatives
+from .scene import Scene
 
 _TYPES = {float: "number", int: "whole number", str: "string", bool: "true or false"}
 
@@ -58,6 +59,11 @@ def scene_keys(kind: str | None = None) -> list[Key]:
     for table, cls in TABLES.items():
         keys += keys_of_table(table, cls)
     return keys
+
+
+def key_units(scene: Scene) -> dict[str, str]:
+    """Unit of each dotted key of a scene, empty for a number without one."""
+    return {f"{key.table}.{key.name}": key.unit for key in scene_keys(scene.kind)}
 
 
 def specimen_kinds() -> list[str]:

@@ -12,6 +12,9 @@ from ..measured.reading import read_measured
 from .scene import Scene
 from .tables import ReferenceOptions
 
+#: keys of [reference] that `read_measured` takes as they are
+_PASSED_ON = ("x", "y", "x_unit", "y_unit", "block", "sheet", "y_offset", "rows", "from_load", "toe", "smooth")
+
 
 def load_reference(scene: Scene) -> Reference | None:
     """The measured curves that the scene names.
@@ -41,24 +44,8 @@ def read_with(
 ) -> Measured:
     """A file by the keys of [reference], which name this one."""
     offset = options.x_offset[0] if isinstance(options.x_offset, list) else options.x_offset
-    return read_measured(
-        path,
-        options.x,
-        options.y,
-        options.x_unit,
-        options.y_unit,
-        against,
-        block=options.block,
-        sheet=options.sheet,
-        motions=motions,
-        crack_area=crack_area,
-        x_offset=offset,
-        y_offset=options.y_offset,
-        rows=options.rows,
-        from_load=options.from_load,
-        toe=options.toe,
-        smooth=options.smooth,
-    )
+    given = {name: getattr(options, name) for name in _PASSED_ON}
+    return read_measured(path, **given, against=against, motions=motions, crack_area=crack_area, x_offset=offset)
 
 
 def reference_to(scene: Scene, measured: Measured, default: str) -> Reference:

@@ -61,10 +61,7 @@ def _is_start(entry: Any) -> bool:
     vectors = list(entry.values())
     if not all(isinstance(v, (list, tuple)) and len(v) == 2 for v in vectors):
         return False
-    numbers = [c for v in vectors for c in v]
-    if not all(isinstance(c, (int, float)) and not isinstance(c, bool) and abs(c) < 1e100 for c in numbers):
-        return False
-    return any(entry["direction"])
+    return all(_is_number(c) for v in vectors for c in v) and any(entry["direction"])
 
 
 @dataclass(frozen=True)
@@ -274,9 +271,6 @@ class OutputOptions(Table):
                 "formats", f" = {self.formats!r}: expected a list of some of {', '.join(map(repr, FORMATS))}"
             )
         size = self.figure_size
-        if size is not None and not (
-            isinstance(size, list)
-            and len(size) == 2
-            and all(isinstance(side, (int, float)) and not isinstance(side, bool) and 20 <= side <= 1000 for side in size)
-        ):
+        is_pair = isinstance(size, list) and len(size) == 2
+        if size is not None and not (is_pair and all(_is_number(side) and 20 <= side <= 1000 for side in size)):
             raise ParameterError.at("figure_size", f" = {size!r}: expected width and height, 20 to 1000 mm")

@@ -116,7 +116,7 @@ class Comparison:
     @property
     def travelled(self) -> str:
         """What the curves are drawn over."""
-        if self.discrete.drives_both_ways:
+        if self.discrete.facts.has_platen:
             return "travel of the platen, there and back"
         there_and_back = bool((np.diff(self.discrete.history[self.measure]) < 0).any())
         return f"{self.measure} travelled, forth and back" if there_and_back else self.measure

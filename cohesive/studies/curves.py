@@ -38,7 +38,7 @@ class Curve:
 def curve_of(data: RunData, measure: str | None = None) -> Curve:
     """The curve of a run over a column of its history, by default that in charge."""
     x, load, work = (data.history[name] for name in (measure or data.controlled, "load", "work"))
-    platen = data.drive_travel if data.drives_both_ways else None
+    platen = data.drive_travel if data.facts.has_platen else None
     return Curve(x, load, work, platen, data.peak_load, data.at_peak(x))
 
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 
 from ..algebra import threads
 from ..errors import NotConverged, SceneError
@@ -42,7 +42,7 @@ def run_all(scenes: Iterable[Scene], executor: Executor | None = None) -> Iterat
     NotConverged
         If not even one step of a run converged.
     """
-    with processes() if executor is None else nullcontext(executor) as pool:
+    with processes(executor) as pool:
         futures = [pool.submit(run, scene) for scene in scenes]
         try:
             for future in futures:
@@ -59,9 +59,12 @@ def run_all(scenes: Iterable[Scene], executor: Executor | None = None) -> Iterat
 
 
 @contextmanager
-def processes() -> Iterator[Executor]:
-    """An executor with one process for each core, each task in a process of its own; what has not begun when it is left is
-    cancelled."""
+def processes(given: Executor | None = None) -> Iterator[Executor]:
+    """An executor with one process for each core, each task in a process of its own, unless one is given; what has not begun
+    when it is left is cancelled."""
+    if given is not None:
+        yield given
+        return
     pool = ProcessPoolExecutor(
         threads.cores(), multiprocessing.get_context("spawn"), initializer=_with_one_thread, max_tasks_per_child=1
     )
@@ -109,8 +112,9 @@ def _be_one_of_many() -> None:
 
 
 @contextmanager
-def dask_executor(address: str) -> Iterator[Executor]:
-    """The executor of a Dask cluster: of the scheduler at `address`, or "local" for one worker on each core of this machine.
+def dask_executor(address: str | None) -> Iterator[Executor | None]:
+    """The executor of a Dask cluster: of the scheduler at `address`, or "local" for one worker on each core of this machine;
+    without an address None.
 
     Each worker has one thread: the CPU time of a trial is that of its process.
 
@@ -119,6 +123,9 @@ def dask_executor(address: str) -> Iterator[Executor]:
     SceneError
         Without distributed, with the command that installs it, or if no scheduler answers.
     """
+    if address is None:
+        yield None
+        return
     try:
         from distributed import Client, LocalCluster
     except ImportError:

@@ -200,10 +200,14 @@ def sweep(
     [True, True]
     """
     values = _checked(vary)
-    tasks = _tasks(scene, values, None if output is None else Path(output), pictures)
+    moved = [key for key in values if not is_kept(scene, key)]
+    tasks = _tasks(scene, values, moved, None if output is None else Path(output), pictures)
     done: dict[str, SweptRun] = {}
     reference = load_reference(scene)
-    notes = [*_notes(scene, values), *([] if reference is None else reference.notes)]
+    notes = [] if reference is None else list(reference.notes)
+    if len(moved) < len(values):
+        apart = f" for each of {', '.join(moved)}" if moved else ""
+        notes.insert(0, f"one mesh{apart}; sizes and widths that the scene does not name follow from its own material")
 
     def so_far() -> Sweep:
         left = (replace(task.run, reason="interrupted") for task in tasks)
@@ -236,10 +240,9 @@ def _checked(vary: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
     return values
 
 
-def _tasks(scene: Scene, values: dict[str, list[Any]], folder: Path | None, pictures: bool) -> list[_Task]:
-    """The runs of the grid."""
+def _tasks(scene: Scene, values: dict[str, list[Any]], moved: list[str], folder: Path | None, pictures: bool) -> list[_Task]:
+    """The runs of the grid; keys that are `moved` ask for a mesh of their own."""
     points = [dict(zip(values, each, strict=True)) for each in itertools.product(*values.values())]
-    moved = [key for key in values if not is_kept(scene, key)]
     starts: dict[str, bytes | None] = {}
     tasks, errors = [], []
     for number, point in enumerate(points, start=1):
@@ -314,15 +317,6 @@ def _saved(each: SweptRun, task: _Task) -> SweptRun:
 def _prepared(start: bytes) -> Prepared:
     """Mesh and condensation of a scene, kept in this process for the runs to come."""
     return prepare(pickle.loads(start))
-
-
-def _notes(scene: Scene, values: dict[str, list[Any]]) -> list[str]:
-    """The sizes that all runs share."""
-    moved = [key for key in values if not is_kept(scene, key)]
-    if len(moved) == len(values):
-        return []
-    apart = f" for each of {', '.join(moved)}" if moved else ""
-    return [f"one mesh{apart}; sizes and widths that the scene does not name follow from its own material"]
 
 
 def _text(value: Any) -> str:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from ..figures.drawing import abscissa, draw_reference, new_figure, set_force_label, set_title
 from ..results.run_data import RunData
-from ..scenes.keys import scene_keys
+from ..scenes.keys import key_units
 from ..scenes.scene import Scene
 
 #: more values than these have a bar of colours in place of a legend
@@ -53,7 +53,7 @@ def sweep_figure(
     axes.set_xlabel(f"{what} (mm)")
     set_force_label(axes, "load", scene.output.force_unit)
     set_title(figure, scene.title)
-    units = {f"{key.table}.{key.name}": key.unit for key in scene_keys(scene.given("specimen").get("kind"))}
+    units = key_units(scene)
     entries = [*axes.get_legend_handles_labels()[0]]
     if colour.has_bar:
         figure.colorbar(colour.bar(), ax=axes, label=f"{keys[0]} ({units[keys[0]]})" if units.get(keys[0]) else keys[0])

@@ -8,7 +8,6 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -224,7 +223,7 @@ def trade(
     alone = single(bare, settings)
     most = finest(bare)
     waiting: list[tuple[Settings, Future[tuple[Curve, Cost]]]] = []
-    with processes() if executor is None else nullcontext(executor) as pool:
+    with processes(executor) as pool:
 
         def submit(several: Iterable[Settings]) -> None:
             waiting.extend((each, pool.submit(measured, bare, each)) for each in several)

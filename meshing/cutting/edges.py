@@ -17,13 +17,8 @@ from .stars import Star, touching
 
 
 def edges_on_path(mesh: meshio.Mesh, name: str, lines: Sequence[Line]) -> Index:
-    """Element edges of a 2D mesh that lie on polylines, in the direction of the path: (n, 2) corner nodes.
-
-    Raises
-    ------
-    MeshError
-        If a polyline has no length, or is not covered by element edges from end to end.
-    """
+    """Element edges of a 2D mesh that lie on polylines, in the direction of the path: (n, 2) corner nodes; MeshError if a
+    polyline has no length, or is not covered by element edges from end to end."""
     points = mesh.points
     slack = SLACK * float(np.ptp(points, axis=0).max())
     total, covered = path_length(name, lines), 0.0

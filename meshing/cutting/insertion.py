@@ -82,11 +82,8 @@ def insert_cracks(mesh: meshio.Mesh, crack: Index, slit: Index | None = None) ->
     cut = np.unique(star.facet[minus_row])
     if len(cut) < len(minus_row):
         row = minus_row[np.argmax(np.bincount(star.facet[minus_row])[star.facet[minus_row]])]
-        word = _words(star).crack
-        raise MeshError(
-            f"the crack {word} runs along a notch or along itself at {_middle(mesh, star, row)}: expected {word}s that at "
-            "most cross"
-        )
+        word, here = _words(star).crack, as_text(mesh.points[star.nodes[row, : star.corners]].mean(axis=0))
+        raise MeshError(f"the crack {word} runs along a notch or along itself at {here}: expected {word}s that at most cross")
     near, original = star.split(near, cut, len(mesh.points))
     # the same rows of the split cells name the copies on either side
     rows = Star.from_cells(near).nodes
@@ -115,11 +112,6 @@ def _with(cells: Blocks, chosen: list[Index], renumbered: Blocks) -> Blocks:
         whole[at] = part
         new.append((kind, whole))
     return new
-
-
-def _middle(mesh: meshio.Mesh, star: Star, row: int) -> str:
-    """The middle of the facet in a row of `star`, as text."""
-    return as_text(mesh.points[star.nodes[row, : star.corners]].mean(axis=0))
 
 
 def cut_slits(mesh: meshio.Mesh, slit: Index) -> meshio.Mesh:

@@ -86,7 +86,7 @@ def _motion(mesh: meshio.Mesh, width: float, places: Array, shifts: Array) -> Ar
                 motion[node], is_free[node] = shift, False
     moving = points[motion.any(axis=1)]
     is_free &= cKDTree(moving).query(points, distance_upper_bound=_REACH * width)[0] < math.inf
-    edges = np.concatenate([block[:, _ends(kind)].reshape(-1, 2) for kind, block in cells])
+    edges = np.concatenate([block[:, np.array(CELLS[kind].edges)[:, :2]].reshape(-1, 2) for kind, block in cells])
     edges = np.unique(np.sort(edges[is_free[edges].any(axis=1)], axis=1), axis=0)
     stiff = np.tile(1.0 / np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1), 2)
     ring = sp.coo_array((stiff, (edges.T.ravel(), edges[:, ::-1].T.ravel())), shape=(len(points),) * 2)
@@ -117,11 +117,6 @@ def _mirrored(mesh: meshio.Mesh) -> tuple[Index, Index]:
     if in_bulk[minus].any():
         minus = plus = minus[:0]
     return minus, plus
-
-
-def _ends(kind: str) -> Index:
-    """Corners of each edge of a cell type."""
-    return np.asarray([edge[:2] for edge in CELLS[kind].edges], dtype=np.int64)
 
 
 def _faces(mesh: meshio.Mesh) -> tuple[Array, Array, Mask]:
@@ -167,7 +162,7 @@ def _check_shapes(mesh: meshio.Mesh, motion: Array, width: float) -> None:
 
 
 def _least_corner(points: Array, kind: str, cells: Index) -> Array:
-    """The least area of the parallelograms, or volume, at the corners of each cell."""
+    """The least area of the parallelograms at the corners of each cell."""
     p = points[cells[:, : CELLS[kind].n_corners]]
     a, b = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
     return np.asarray((a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]).min(axis=1))

@@ -21,13 +21,8 @@ Blocks = list[tuple[str, Index]]
 
 
 def bulk_cells(mesh: meshio.Mesh) -> Blocks:
-    """The 3D cells of a mesh, or the 2D ones if it has none of them.
-
-    Raises
-    ------
-    MeshError
-        If it has neither, or mixes cells whose facets differ: first and second order, tetrahedra and hexahedra.
-    """
+    """The 3D cells of a mesh, or the 2D ones if it has none of them; MeshError if it has neither, or mixes cells whose facets
+    differ: first and second order, tetrahedra and hexahedra."""
     solid = any(block.type in BULK_3D for block in mesh.cells)
     known = BULK_3D if solid else BULK_2D
     cells = [(block.type, block.data.astype(np.int64)) for block in mesh.cells if block.type in known]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from ..cutting.pieces import pieces
 from ..cutting.stars import Blocks, Star, distinct, numbered
 from ..errors import MeshError
 from ..paths import as_text
+from .limits import refused
 
 #: nodes are at the same place if they are closer than this part of the shortest edge of the mesh that ends in them
 _NEAR = 1e-3
@@ -34,8 +36,13 @@ _INSIDE = 0.02
 class _Named(NamedTuple):
     """The elements of some blocks, by running number."""
 
+    path: Path
     points: Array
     blocks: Blocks
+
+    def refused(self, what: str) -> MeshError:
+        """The error of the file."""
+        return refused(self.path, what)
 
     def text(self, i: int) -> str:
         """Its type, its number, and its middle."""
@@ -47,12 +54,12 @@ class _Named(NamedTuple):
         raise IndexError(i)
 
 
-def check_elements(file: str, points: Array, blocks: Blocks) -> list[str]:
+def check_elements(path: Path, points: Array, blocks: Blocks) -> list[str]:
     """Refuse elements that no body consists of, and say what is odd.
 
     Parameters
     ----------
-    file : for messages
+    path : of the file, for messages
     points : (m, d)
     blocks : 2D elements counter-clockwise, 3D elements with a positive volume; facets alike.
 
@@ -65,18 +72,18 @@ def check_elements(file: str, points: Array, blocks: Blocks) -> list[str]:
     MeshError
         Naming elements and their number.
     """
-    named = _Named(points, blocks)
-    _check_repeats(file, named)
+    named = _Named(path, points, blocks)
+    _check_repeats(named)
     if points.shape[1] == 2:
-        _check_folded(file, named)
+        _check_folded(named)
     star = Star.from_cells(blocks)
-    _check_sides(file, named, star)
+    _check_sides(named, star)
     single = np.flatnonzero(np.bincount(star.facet)[star.facet] == 1)
-    _check_overlaps(file, named, star, single)
-    return _not_joined(file, named, star, single)
+    _check_overlaps(named, star, single)
+    return _not_joined(named, star, single)
 
 
-def _check_repeats(file: str, named: _Named) -> None:
+def _check_repeats(named: _Named) -> None:
     """Refuse elements with the same corners."""
     first = np.cumsum([0, *(len(block) for _, block in named.blocks)])
     for kind in dict.fromkeys(kind for kind, _ in named.blocks):
@@ -87,14 +94,13 @@ def _check_repeats(file: str, named: _Named) -> None:
         same = np.flatnonzero((corners[order][1:] == corners[order][:-1]).all(axis=1))
         if len(same):
             one, other = np.sort(number[order[same[0] : same[0] + 2]]).tolist()
-            raise MeshError.at(
-                "file",
-                f" = '{file}': {named.text(other)} has the corners of {kind} {one}, {len(same)} in all are given twice; "
+            raise named.refused(
+                f"{named.text(other)} has the corners of {kind} {one}, {len(same)} in all are given twice; "
                 "expected each element once",
             )
 
 
-def _check_folded(file: str, named: _Named) -> None:
+def _check_folded(named: _Named) -> None:
     """Refuse 2D elements that are flat, folded or not convex."""
     bad: list[int] = []
     first = 0
@@ -106,14 +112,13 @@ def _check_folded(file: str, named: _Named) -> None:
         bad += (first + np.flatnonzero((turn < -least).any(axis=1) | ~(turn > least).any(axis=1))).tolist()
         first += len(block)
     if bad:
-        raise MeshError.at(
-            "file",
-            f" = '{file}': {named.text(bad[0])} is flat, folded or not convex, {len(bad)} in all; expected convex "
+        raise named.refused(
+            f"{named.text(bad[0])} is flat, folded or not convex, {len(bad)} in all; expected convex "
             "elements with an area, corners in a ring",
         )
 
 
-def _check_sides(file: str, named: _Named, star: Star) -> None:
+def _check_sides(named: _Named, star: Star) -> None:
     """Refuse a facet with two elements on one side, or with a mid node for each side."""
     corners = star.nodes[:, : star.corners]
     what = "an edge" if star.corners == 2 else "a face"
@@ -121,9 +126,8 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
     twice = np.flatnonzero((np.bincount(directed)[directed] > 1) & (distinct(corners) >= min(star.corners, 3)))
     if len(twice):
         one, other = star.cell[np.flatnonzero(directed == directed[twice[0]])[:2]].tolist()
-        raise MeshError.at(
-            "file",
-            f" = '{file}': {named.text(one)} and {named.text(other)} are on the same side of {what} that they share, "
+        raise named.refused(
+            f"{named.text(one)} and {named.text(other)} are on the same side of {what} that they share, "
             f"{len(np.unique(star.cell[twice]))} elements in all overlap so; expected one on each side",
         )
     if star.nodes.shape[1] == star.corners:
@@ -134,14 +138,13 @@ def _check_sides(file: str, named: _Named, star: Star) -> None:
     torn = np.flatnonzero((star.facet[order][1:] == star.facet[order][:-1]) & (mids[1:] != mids[:-1]).any(axis=1))
     if len(torn):
         one, other = star.cell[order[torn[0] : torn[0] + 2]].tolist()
-        raise MeshError.at(
-            "file",
-            f" = '{file}': {named.text(one)} and {named.text(other)} share the corners of {what} but not its mid node, "
+        raise named.refused(
+            f"{named.text(one)} and {named.text(other)} share the corners of {what} but not its mid node, "
             f"{len(torn)} in all; expected shared nodes",
         )
 
 
-def _check_overlaps(file: str, named: _Named, star: Star, single: Index) -> None:
+def _check_overlaps(named: _Named, star: Star, single: Index) -> None:
     """Refuse points just inside the boundary that belong to a second element."""
     elements = _Convex.from_blocks(named.points, named.blocks)
     corners = named.points[star.nodes[single, : star.corners]]
@@ -155,9 +158,8 @@ def _check_overlaps(file: str, named: _Named, star: Star, single: Index) -> None
             pairs |= set(zip(star.cell[single][point[hit]].tolist(), element[hit].tolist(), strict=True))
     if pairs:
         one, other = min(pairs)
-        raise MeshError.at(
-            "file",
-            f" = '{file}': {named.text(one)} lies on {named.text(other)}, {len({i for i, _ in pairs})} elements at the "
+        raise named.refused(
+            f"{named.text(one)} lies on {named.text(other)}, {len({i for i, _ in pairs})} elements at the "
             "boundary in all overlap others; expected elements side by side",
         )
 
@@ -221,7 +223,7 @@ class _Convex:
         return np.asarray((depth > 1e-3 * self.radius[element, None]).all(axis=1))
 
 
-def _not_joined(file: str, named: _Named, star: Star, single: Index) -> list[str]:
+def _not_joined(named: _Named, star: Star, single: Index) -> list[str]:
     """Refuse a body in pieces that touch where they share no nodes; a remark of a slit."""
     points = named.points
     corners = star.nodes[single, : star.corners]
@@ -240,9 +242,8 @@ def _not_joined(file: str, named: _Named, star: Star, single: Index) -> list[str
     where = f"{len(at)} nodes of the boundary touch elements that do not have them, the first at {as_text(points[at[0]])}"
     label = pieces(named.blocks)
     if label.max():
-        raise MeshError.at(
-            "file",
-            f" = '{file}': the body is in {int(label.max()) + 1} pieces, and {where}; expected elements that share nodes",
+        raise named.refused(
+            f"the body is in {int(label.max()) + 1} pieces, and {where}; expected elements that share nodes",
         )
     return [f"warning: {where}: a slit there; expected shared nodes if it is none"]
 

@@ -21,12 +21,7 @@ _HDF = b"\x89HDF"
 
 
 def check_limits(path: Path) -> None:
-    """Refuse a file whose reader would not end, or would take the memory of the machine.
-
-    Raises
-    ------
-    MeshError
-    """
+    """Refuse a file whose reader would not end, or would take the memory of the machine; MeshError."""
     suffix = path.suffix.lower()
     if suffix in _ENDLESS:
         raise refused(path, f"files {suffix} are not read, as a damaged one has no end; expected the mesh as .vtu or .msh")

@@ -23,13 +23,8 @@ _PIECE = 1_000_000
 
 @contextmanager
 def unpacked_vtu(path: Path) -> Iterator[Path]:
-    """The same file, or a temporary one with the same arrays, not packed.
-
-    Raises
-    ------
-    MeshError
-        If it is larger than a mesh, or its arrays are not as its head says.
-    """
+    """The same file, or a temporary one with the same arrays, not packed; MeshError if it is larger than a mesh, or its arrays
+    are not as its head says."""
     head, mark, rest = path.read_bytes().partition(b"<AppendedData")
     if b"compressor" not in head:
         yield path

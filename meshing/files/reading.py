@@ -22,7 +22,7 @@ from ..cutting.stars import Blocks, Star, bulk_cells
 from ..errors import MeshError
 from ..paths import Line, as_text
 from .abaqus import read_abaqus
-from .limits import check_limits
+from .limits import check_limits, refused
 from .packed_vtu import unpacked_vtu
 
 #: coordinates beyond it, mm, are no body's, and their squares overflow
@@ -107,13 +107,8 @@ def _facets_of_set(name: str, clean: meshio.Mesh, cells: list[Index], index: Ind
 
 
 def region_numbers(mesh: meshio.Mesh, kept: Sequence[int], regions: Sequence[str]) -> list[Index]:
-    """For each cell of the blocks `kept` of a file 0 or, in a region, 1 + its index.
-
-    Raises
-    ------
-    MeshError
-        If a region is no set of elements of the file, or two of them share an element.
-    """
+    """For each cell of the blocks `kept` of a file 0 or, in a region, 1 + its index; MeshError if a region is no set of
+    elements of the file, or two of them share an element."""
     members = cell_members(mesh)
     numbers = [np.zeros(len(mesh.cells[i]), dtype=np.int64) for i in kept]
     for number, name in enumerate(regions, start=1):
@@ -132,27 +127,25 @@ def load(path: Path) -> meshio.Mesh:
     """The file as it is, its coordinates checked; (m, 2) unless it has 3D cells."""
     if not os.path.isfile(path):
         if os.path.exists(path) and not os.path.isdir(path):
-            raise MeshError.at("file", f" = '{path}': it is a pipe or a device; expected a file")
-        raise MeshError.at("file", f" = '{path}': there is no such file")
+            raise refused(path, "it is a pipe or a device; expected a file")
+        raise refused(path, "there is no such file")
     try:
         check_limits(path)
     except OSError as error:
-        raise MeshError.at("file", f" = '{path}': cannot be read: {error.strerror or error}") from None
+        raise refused(path, f"cannot be read: {error.strerror or error}") from None
     mesh = read_abaqus(path) if path.suffix.lower() == ".inp" else _by_meshio(path)
     if not len(mesh.points) or not mesh.cells:
         elements = sum(map(len, mesh.cells))
-        raise MeshError.at("file", f" = '{path}': it has {len(mesh.points)} nodes and {elements} elements; expected a mesh")
+        raise refused(path, f"it has {len(mesh.points)} nodes and {elements} elements; expected a mesh")
     _check_numbers(path, mesh)
     points = np.asarray(mesh.points, dtype=float)
     if len(away := np.flatnonzero(~(abs(points) < _FURTHEST).all(axis=1))):
-        raise MeshError.at("file", f" = '{path}': node {away[0]} is not finite or beyond {_FURTHEST:g}; expected mm")
+        raise refused(path, f"node {away[0]} is not finite or beyond {_FURTHEST:g}; expected mm")
     mesh.points = points
     if is_solid(mesh):
         return mesh
     if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points):
-        raise MeshError.at(
-            "file", f" = '{path}': z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh"
-        )
+        raise refused(path, f"z runs from {points[:, 2].min():g} to {points[:, 2].max():g}; expected a plane mesh")
     mesh.points = points[:, :2]
     return mesh
 
@@ -171,9 +164,9 @@ def _by_meshio(path: Path) -> meshio.Mesh:
     except MeshError:
         raise
     except SystemExit:  # meshio's way to say that no reader accepts the file
-        raise MeshError.at("file", f" = '{path}': not a mesh in a format that meshio reads") from None
+        raise refused(path, "not a mesh in a format that meshio reads") from None
     except Exception as error:
-        raise MeshError.at("file", f" = '{path}': {_why(error)}") from None
+        raise refused(path, f"{_why(error)}") from None
     if remark := said.getvalue().strip():
         print(remark, file=sys.stderr)
     return _each_once(mesh)
@@ -221,19 +214,17 @@ def _check_numbers(path: Path, mesh: meshio.Mesh) -> None:
     for block in mesh.cells:
         count = meshio._mesh.num_nodes_per_cell.get(block.type)
         if count is not None and np.shape(block.data)[1:] != (count,):
-            raise MeshError.at("file", f" = '{path}': its {block.type} cells do not have {count} nodes; the file is damaged")
+            raise refused(path, f"its {block.type} cells do not have {count} nodes; the file is damaged")
     named = [("its cells name", np.ravel(block.data)) for block in mesh.cells if block.data.dtype.kind in "iu"]
     named += [(f"set '{name}' names", np.asarray(nodes, dtype=np.int64)) for name, nodes in mesh.point_sets.items()]
     for what, nodes in named:
         if len(bad := nodes[(nodes < 0) | (nodes >= n)]):
-            raise MeshError.at("file", f" = '{path}': {what} node {bad[0]} of {n}, counted from 0")
+            raise refused(path, f"{what} node {bad[0]} of {n}, counted from 0")
     for name, members in (mesh.cell_sets or {}).items():
         for block, at in zip(mesh.cells, () if name.startswith("gmsh:") else members, strict=False):
             cells = np.asarray([] if at is None else at, dtype=np.int64)
             if len(bad := cells[(cells < 0) | (cells >= len(block))]):
-                raise MeshError.at(
-                    "file", f" = '{path}': set '{name}' names {block.type} {bad[0]} of {len(block)}, counted from 0"
-                )
+                raise refused(path, f"set '{name}' names {block.type} {bad[0]} of {len(block)}, counted from 0")
 
 
 def is_solid(mesh: meshio.Mesh) -> bool:
@@ -265,9 +256,7 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
     other = {block.type for block in mesh.cells if block.dim == (3 if solid else 2) and block.type not in known}
     if not kept or other:
         kinds, known = other or {b.type for b in mesh.cells}, known if solid or kept else BULK_2D + BULK_3D
-        raise MeshError.at(
-            "file", f" = '{path}': its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}"
-        )
+        raise refused(path, f"its cells are {', '.join(sorted(kinds)) or 'none'}; expected {', '.join(known)}")
     blocks = [(mesh.cells[i].type, mesh.cells[i].data.astype(np.int64)) for i in kept]
     if solid:
         _check_solid(path, mesh, blocks)
@@ -283,7 +272,7 @@ def checked(path: Path, mesh: meshio.Mesh, sets: dict[str, Index]) -> tuple[mesh
     )
     from .defects import check_elements  # SciPy's search trees, which no other mesh waits for
 
-    remarks = check_elements(str(path), clean.points, bulk_cells(clean))
+    remarks = check_elements(path, clean.points, bulk_cells(clean))
     if lost := len(points) - len(used):
         named = [name for name, nodes in sets.items() if (index[nodes] < 0).any()]
         of_sets = f", some of them of the set {listed(named)}" if named else ""
@@ -300,9 +289,9 @@ def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
         volume = np.stack([np.einsum("ni,ni->n", np.cross(u, v), w) for u, v, w in triples], axis=1)
         size = np.ptp(p, axis=1).max(axis=1)
         for i in np.flatnonzero((volume < -1e-9 * size[:, None] ** 3).any(axis=1) | ~(volume > 0).any(axis=1))[:1].tolist():
-            raise MeshError.at(
-                "file",
-                f" = '{path}': {kind} {i} at {as_text(p[i].mean(axis=0))} is inverted or flat; expected cells "
+            raise refused(
+                path,
+                f"{kind} {i} at {as_text(p[i].mean(axis=0))} is inverted or flat; expected cells "
                 "with a positive volume in the node order of meshio",
             )
     star = Star.from_cells(bulk_cells(mesh))
@@ -314,9 +303,9 @@ def _check_solid(path: Path, mesh: meshio.Mesh, blocks: Blocks) -> None:
                 np.ones(len(faces), bool) if k != star.corners else (star.find(faces) < 0) & (star.find(faces[:, ::-1]) < 0)
             )
             for i in np.flatnonzero(loose)[:1].tolist():
-                raise MeshError.at(
-                    "file",
-                    f" = '{path}': it mixes solid and plane cells, {block.type} {i} at "
+                raise refused(
+                    path,
+                    f"it mixes solid and plane cells, {block.type} {i} at "
                     f"{as_text(mesh.points[block.data[i]].mean(axis=0))} is no face of a solid cell; expected faces of them",
                 )
 

@@ -14,8 +14,8 @@ from ..arrays import Array, Index
 from ..cutting.insertion import cut_slits, insert_cracks
 from ..errors import MeshError
 from ..paths import SLACK
-from .extrusion import with_mid_nodes
 from .polygon import nearest
+from .refinement import with_mid_nodes
 from .session import add_face, collect, session, size_field
 from .sizes import MeshSizes, check_count, check_not_layered
 
@@ -128,7 +128,9 @@ def mesh_block(
         occ = gmsh.model.occ
         box = (3, occ.addBox(*(-half), *sides))
         notch = [_add_disc(gmsh, crack, crack.notch_radius)] if crack.notch_radius else []
-        surface = [_add_crack(gmsh, crack, half)] if conforming else []
+        surface = []
+        if conforming:
+            surface = [add_face(gmsh, crack.outline(half)) if crack.radius is None else _add_disc(gmsh, crack, crack.radius)]
         tools = [*notch, *surface, *((0, occ.addPoint(*p)) for p in (nodes or {}).values())]
         image = occ.fragment([box], tools)[1] if tools else [[box]]
         occ.synchronize()
@@ -169,13 +171,6 @@ def facing(points: Array, triangles: Index, normal: Array) -> Index:
     a, b, c = (points[triangles[:, i]] for i in range(3))
     against = np.cross(b - a, c - a) @ normal < 0
     return np.where(against[:, None], triangles[:, ::-1], triangles)
-
-
-def _add_crack(gmsh: ModuleType, crack: PlaneCrack, half: Array) -> tuple[int, int]:
-    """The crack in gmsh: (2, tag)."""
-    if crack.radius is not None:
-        return _add_disc(gmsh, crack, crack.radius)
-    return add_face(gmsh, crack.outline(half))
 
 
 def _add_disc(gmsh: ModuleType, crack: PlaneCrack, radius: float) -> tuple[int, int]:

@@ -15,6 +15,7 @@ from ..errors import MeshError
 from .band import mesh_band
 from .outline import Outline
 from .polygon import mesh_face
+from .refinement import with_mid_nodes
 from .sizes import MeshSizes
 
 #: more elements than a machine holds
@@ -184,21 +185,3 @@ def _lines_swept(lines: Index, m: int, n: int, tetrahedra: bool) -> Index:
         else:
             faces.append(ring)
     return np.concatenate(faces)
-
-
-def with_mid_nodes(mesh: meshio.Mesh) -> meshio.Mesh:
-    """A tetra mesh as tetra10, straight-sided; a mid node joins the point sets that hold both ends of its edge."""
-    cells = [block.data.astype(np.int64) for block in mesh.cells]
-    ends = np.array(CELLS["tetra"].edges)
-    rows = np.sort(np.concatenate([block[:, ends].reshape(-1, 2) for block in cells]), axis=1)
-    edges, number = np.unique(rows, axis=0, return_inverse=True)
-    mids = np.split(len(mesh.points) + number.reshape(-1, 6), np.cumsum([len(block) for block in cells])[:-1])
-    sets = {}
-    for name, nodes in mesh.point_sets.items():
-        inside = np.isin(edges, nodes).all(axis=1)
-        sets[name] = np.concatenate([nodes, len(mesh.points) + np.flatnonzero(inside)])
-    return meshio.Mesh(
-        np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)]),
-        [(CELLS["tetra"].second_order, np.concatenate([block, mid], axis=1)) for block, mid in zip(cells, mids, strict=True)],
-        point_sets=sets,
-    )

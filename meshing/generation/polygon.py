@@ -14,8 +14,8 @@ from ..cutting.insertion import cut_slits, insert_cracks, mirror_cracks
 from ..errors import MeshError
 from ..paths import SLACK, Point, as_text, nodes_on_segment, path_length
 from .outline import Outline
-from .refinement import halvings, halvings_at_hinge, with_hinges
-from .session import add_face, add_lines, collect, collect_halved, divide, generate, session, set_sizes
+from .refinement import halved, halvings, halvings_at_hinge, with_hinges, with_mid_nodes
+from .session import add_face, add_lines, collect, divide, session, set_sizes
 from .sizes import MeshSizes, check_not_layered, check_sizes
 
 
@@ -59,7 +59,9 @@ def mesh_body(outline: Outline, sizes: MeshSizes) -> meshio.Mesh:
 
 def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Mesh:
     """The uncut mesh with its point sets; element edges follow the slits, and the crack if `conforming`."""
-    check_outline(outline, sizes)
+    check_not_layered(sizes)
+    path_length("notch", outline.slits)
+    check_sizes(sizes, path_length("crack", outline.crack), outline.area)
     with session() as gmsh:
         occ = gmsh.model.occ
         face = add_face(gmsh, outline.corners, outline.holes)
@@ -82,18 +84,13 @@ def mesh_face(outline: Outline, sizes: MeshSizes, conforming: bool) -> meshio.Me
             for _, tag in crack:
                 divide(gmsh, tag, factor * sizes.crack_size)
         set_sizes(gmsh, [tag for _, tag in crack], sizes, factor, is_quad, outline.hinges if conforming else (), 0.5**parts)
-        generate(gmsh, 1 if times else sizes.order)
-        mesh = collect_halved(gmsh, times, sizes.order) if times else collect(gmsh)
+        gmsh.model.mesh.generate(2)
+        mesh = halved(collect(gmsh), times)
+    if sizes.order == 2:
+        mesh = with_mid_nodes(mesh)
     mesh.point_sets = {name: np.array([nearest(mesh, name, p) for p in group]) for name, group in outline.nodes.items()}
     mesh.point_sets |= edge_sets(mesh, outline.edges)
     return mesh
-
-
-def check_outline(outline: Outline, sizes: MeshSizes) -> None:
-    """Refuse what gmsh has no word for: lines without length, and element sizes that would fill the memory; MeshError."""
-    check_not_layered(sizes)
-    path_length("notch", outline.slits)
-    check_sizes(sizes, path_length("crack", outline.crack), outline.area)
 
 
 def nearest(mesh: meshio.Mesh, name: str, point: Sequence[float]) -> int:

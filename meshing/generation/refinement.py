@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 
 import meshio
 import numpy as np
@@ -22,9 +22,6 @@ _LEAST_ON_SEGMENT = 2
 
 #: the element at a hinge is halved towards it so often: half of the last part is all that does not open there
 _HALVED_AT_HINGE = 4
-
-#: where a point of a curve belongs: (curve, (n, 2) points beside it) -> (n, 2)
-Projection = Callable[[int, Array], Array]
 
 
 def halvings(outline: Outline, sizes: MeshSizes) -> int:
@@ -52,31 +49,12 @@ def with_hinges(path: Line, hinges: Sequence[Point], size: float, times: int) ->
     return [*path[:-1], *((x + part * (x0 - x), y + part * (y0 - y)) for part in parts), path[-1]]
 
 
-def halved(mesh: meshio.Mesh, curves: Mapping[int, Index], project: Projection, times: int, order: int = 1) -> meshio.Mesh:
-    """A mesh whose edges are halved some times.
-
-    Parameters
-    ----------
-    mesh : meshio.Mesh
-        Triangles and quadrilaterals of first order.
-    curves : edges (n, 2) on each curved line of the outline.
-    project : puts new nodes of these edges on their curve.
-    times : number of halvings.
-    order : of the elements in the end.
-
-    Returns
-    -------
-    meshio.Mesh
-        The blocks of `mesh` in their order, and its nodes before the new ones.
-    """
+def halved(mesh: meshio.Mesh, times: int) -> meshio.Mesh:
+    """A mesh of triangles and quadrilaterals of first order whose edges are halved some times: its blocks in their order, and
+    its nodes before the new ones."""
     points, blocks = mesh.points, [(block.type, block.data) for block in mesh.cells]
-    curves = dict(curves)
     for _ in range(times):
-        points, mids, on_curve = _with_middles(points, blocks, curves, project)
-        curves = {
-            tag: np.concatenate([np.stack([ends[:, 0], on_curve[tag]], axis=1), np.stack([on_curve[tag], ends[:, 1]], axis=1)])
-            for tag, ends in curves.items()
-        }
+        points, mids, _ = _with_middles(points, blocks)
         divided = []
         for (kind, cells), mid in zip(blocks, mids, strict=True):
             nodes = np.concatenate([cells, mid], axis=1)
@@ -86,33 +64,31 @@ def halved(mesh: meshio.Mesh, curves: Mapping[int, Index], project: Projection, 
                 points = np.concatenate([points, points[mid].mean(axis=1)])
             divided.append((kind, nodes[:, children].reshape(-1, children.shape[1])))
         blocks = divided
-    if order == 2:
-        points, mids, _ = _with_middles(points, blocks, curves, project)
-        blocks = [
-            (CELLS[kind].second_order, np.concatenate([cells, mid], axis=1))
-            for (kind, cells), mid in zip(blocks, mids, strict=True)
-        ]
     return meshio.Mesh(points, blocks)
 
 
-def _with_middles(
-    points: Array, blocks: list[tuple[str, Index]], curves: Mapping[int, Index], project: Projection
-) -> tuple[Array, list[Index], dict[int, Index]]:
-    """The points with the middles of all edges, their numbers for each cell, in the order of its edges, and on each curve."""
+def with_mid_nodes(mesh: meshio.Mesh) -> meshio.Mesh:
+    """A mesh of first order as one of second, its edges straight; a mid node joins the point sets that hold both its ends."""
+    blocks = [(block.type, block.data) for block in mesh.cells]
+    points, mids, edges = _with_middles(mesh.points, blocks)
+    sets = {}
+    for name, nodes in mesh.point_sets.items():
+        inside = np.isin(edges, nodes).all(axis=1)
+        sets[name] = np.concatenate([nodes, len(mesh.points) + np.flatnonzero(inside)])
+    cells = [
+        (CELLS[kind].second_order, np.concatenate([block, mid], axis=1))
+        for (kind, block), mid in zip(blocks, mids, strict=True)
+    ]
+    return meshio.Mesh(points, cells, point_sets=sets)
+
+
+def _with_middles(points: Array, blocks: list[tuple[str, Index]]) -> tuple[Array, list[Index], Index]:
+    """The points with the middles of all edges, these by number for each cell, in the order of its edges; the edges (m, 2)."""
     n = len(points)
-    ends = [cells[:, np.array(CELLS[kind].edges)] for kind, cells in blocks]
-    key = np.concatenate([_key(pair.reshape(-1, 2), n) for pair in ends])
-    edges, number = np.unique(key, return_inverse=True)
-    first, second = np.divmod(edges, n)
-    points = np.concatenate([points, 0.5 * (points[first] + points[second])])
+    ends = [np.sort(cells[:, np.array(CELLS[kind].edges)], axis=2) for kind, cells in blocks]
+    key = np.concatenate([(pair[..., 0] * n + pair[..., 1]).ravel() for pair in ends])
+    found, number = np.unique(key, return_inverse=True)
+    edges = np.stack(np.divmod(found, n), axis=1)
     parts = np.split(n + number, np.cumsum([pair.shape[0] * pair.shape[1] for pair in ends])[:-1])
     mids = [part.reshape(pair.shape[:2]) for part, pair in zip(parts, ends, strict=True)]
-    on_curve = {tag: n + np.searchsorted(edges, _key(line, n)) for tag, line in curves.items()}
-    for tag, nodes in on_curve.items():
-        points[nodes] = project(tag, points[nodes])
-    return points, mids, on_curve
-
-
-def _key(ends: Index, n: int) -> Index:
-    """Edges (m, 2) as numbers, the same in both directions."""
-    return np.asarray(ends.min(axis=1) * n + ends.max(axis=1))
+    return np.concatenate([points, points[edges].mean(axis=1)]), mids, edges

@@ -15,11 +15,10 @@ from types import ModuleType
 import meshio
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Index
 from ..cells import CELLS, counter_clockwise
 from ..errors import MeshError
 from ..paths import Line, Point
-from .refinement import halved
 from .sizes import GROWTH, MeshSizes
 
 #: growth in a mesh whose cells are divided afterwards: more would spoil their shapes
@@ -174,42 +173,11 @@ def size_field(
         gmsh.option.setNumber(f"Mesh.{extra}", 0)
 
 
-def generate(gmsh: ModuleType, order: int) -> None:
-    """Generate the 2D mesh, of second order without interior nodes if so wanted."""
-    gmsh.model.mesh.generate(2)
-    if order == 2:
-        gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
-        gmsh.model.mesh.setOrder(2)
-
-
 def collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]] = (), dimension: int = 2) -> meshio.Mesh:
     """Mesh of the faces, or of the volumes, a block for each type of cell, then one for each type on each face `apart`.
 
     Nodes that no cell uses are dropped; 2D cells are counter-clockwise.
     """
-    return _collect(gmsh, apart, dimension)[0]
-
-
-def collect_halved(gmsh: ModuleType, times: int, order: int) -> meshio.Mesh:
-    """Mesh of the faces with all edges halved some times, see `refinement.halved`; new nodes of curves lie on them."""
-    mesh, index = _collect(gmsh, (), 2)
-    curves = {}
-    for _, tag in gmsh.model.getEntities(1):
-        if gmsh.model.getType(1, tag) != "Line":
-            kinds, _, nodes = gmsh.model.mesh.getElements(1, tag)
-            curves[tag] = index[np.concatenate([np.asarray(flat, dtype=np.int64).reshape(-1, 2) for flat in nodes])]
-            assert list(kinds) == [CELLS["line"].gmsh]
-
-    def project(tag: int, points: Array) -> Array:
-        flat = np.column_stack([points, np.zeros(len(points))]).ravel()
-        closest, _ = gmsh.model.getClosestPoint(1, tag, flat)
-        return np.asarray(closest).reshape(-1, 3)[:, :2]
-
-    return halved(mesh, curves, project, times, order)
-
-
-def _collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]], dimension: int) -> tuple[meshio.Mesh, Index]:
-    """The mesh as `collect` gives it, and its node by gmsh's tag."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     bulk: dict[str, list[Index]] = {}
     last: list[tuple[str, Index]] = []
@@ -230,4 +198,4 @@ def _collect(gmsh: ModuleType, apart: Sequence[tuple[int, int]], dimension: int)
     points, blocks = position[used], [(kind, index[block]) for kind, block in blocks]
     if dimension == 2:
         blocks = [(kind, counter_clockwise(points, kind, block)) for kind, block in blocks]
-    return meshio.Mesh(points, blocks), index
+    return meshio.Mesh(points, blocks)

@@ -58,7 +58,7 @@ def test_the_peak_is_told_over_the_measure_in_charge(name: str, measure: str) ->
     assert f"peak load: {peak.load:.5g} N at {where} {peak.at:.4g} mm" in result.summary().splitlines()
     assert f"{peak.load:.5g} N at {where} {peak.at:.4g} mm" in result._repr_html_()
     assert result.opening_at_peak == result.history["opening"][row]
-    if not result.drives_both_ways:
+    if not result.facts.has_platen:
         assert axes_of(result).get_xlabel() == f"{measure} (mm)"
 
 

@@ -36,7 +36,7 @@ def test_a_platen_run_comes_back_with_its_way(tmp_path: Path) -> None:
     )
     result.save(tmp_path)
     loaded = Result.load(tmp_path)
-    assert loaded.drives_both_ways
+    assert loaded.facts.has_platen
     np.testing.assert_allclose(loaded.drive_travel, result.drive_travel, rtol=1e-12)
     assert loaded.plot().get_xlabel() == "travel of the platen, there and back (mm)"
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from meshing import MeshError, read_band_mesh, read_mesh
 from meshing.cutting.orientation import flipped
 from meshing.files.defects import check_elements
-from meshing.generation.extrusion import with_mid_nodes
+from meshing.generation.refinement import with_mid_nodes
 from meshing.generation.session import session
 from tests.builders import cubes
 from tests.meshing.measures import X, Y, Z, body_volume, check_crack, faces_on, normals, on, pieces, sides

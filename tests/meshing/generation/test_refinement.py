@@ -1,4 +1,4 @@
-"""Large meshes whose cells are divided: areas, sets, paths, curved outlines, and when they are."""
+"""Large meshes whose cells are divided: areas, sets, paths, and when they are."""
 
 import meshio
 import numpy as np
@@ -8,7 +8,6 @@ from meshing.generation import refinement
 from meshing.generation.outline import Outline
 from meshing.generation.polygon import mesh_face, mesh_polygon
 from meshing.generation.refinement import halved, halvings
-from meshing.generation.session import collect_halved, session
 from meshing.generation.sizes import MeshSizes
 
 #: a plate with a notch slit, an inclined path and a named point and edge
@@ -72,31 +71,10 @@ def test_small_meshes_and_coarse_paths_are_left_to_gmsh():
 def test_neighbours_share_the_nodes_of_their_edge():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [2.0, 0.5]])
     mesh = meshio.Mesh(points, [("quad", np.array([[0, 1, 2, 3]])), ("triangle", np.array([[1, 4, 2]]))])
-    fine = halved(mesh, {}, lambda tag, at: at, 1)
+    fine = halved(mesh, 1)
     assert [len(block.data) for block in fine.cells] == [4, 4]
     assert len(fine.points) == 5 + 6 + 1  # corners, middles of edges, the centre of the quadrilateral
     assert len(np.unique(fine.points, axis=0)) == len(fine.points)
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_new_nodes_of_a_curved_outline_lie_on_it(order):
-    with session() as gmsh:
-        gmsh.model.occ.addDisk(0, 0, 0, 10.0, 10.0)
-        gmsh.model.occ.synchronize()
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 3.0)
-        gmsh.model.mesh.generate(2)
-        mesh = collect_halved(gmsh, 2, order)
-    cells = mesh.cells[0].data[:, :3]
-    edges = np.sort(np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]]), axis=1)
-    edges, uses = np.unique(edges, axis=0, return_counts=True)
-    rim = edges[uses == 1]
-    assert np.hypot(*mesh.points[rim].reshape(-1, 2).T) == pytest.approx(10.0, rel=1e-9)
-    # a polygon with n sides has the area of the circle but for (2 pi/n)^2/6; projected nodes are nearly evenly spaced
-    missing = 1 - area(mesh.points, cells).sum() / (np.pi * 100.0)
-    assert missing == pytest.approx((2 * np.pi / len(rim)) ** 2 / 6, rel=0.05)
-    if order == 2:
-        radius = np.hypot(*mesh.points.T)
-        assert np.count_nonzero(abs(radius - 10.0) < 1e-9) == 2 * len(rim)
 
 
 def test_a_face_that_is_divided_keeps_its_path(soon):
