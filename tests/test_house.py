@@ -315,7 +315,6 @@ NAMES_OF_CELLS = {
     "meshing/generation/sizes.py": "the key mesh.shape",
     "cohesive/studies/parameters.py": "the key mesh.shape",
     "meshing/generation/extrusion.py": "what triangles and quadrilaterals are extruded to",
-    "meshing/generation/session.py": "gmsh divides curves into lines",
     "meshing/specimens/wedge_splitting.py": "a drive of this name",
 }
 

@@ -32,8 +32,8 @@ MAIN_GAUGE = "opening"
 #: nodes of tetrahedra, and of triangles, of second order over those of first order
 _MORE_IN_TETRAHEDRA, _MORE_IN_TRIANGLES = 7.0, 4.0
 
-#: squares more around a hinge, which triangles, or quadrilaterals, fill
-_AT_HINGE = {"triangle": 40.0, "quad": 140.0}
+#: squares more around a hinge, which triangles, and quadrilaterals, fill
+_AT_HINGE = (40.0, 140.0)
 
 #: normal of the plane strain or stress of an extruded specimen
 _ACROSS: Direction = (0.0, 0.0, 1.0)
@@ -331,7 +331,7 @@ class PlaneSpecimen(Specimen):
         flat = expected_cells(sizes, outline.area, 0.5 * length if half else length, 2)
         along = length / sizes.crack_size
         cell = sizes.cell_type(2) if dimension == 2 else CELLS[sizes.shape]
-        flat += _AT_HINGE[sizes.shape] * len(self.hinges) * (0.5 if half else 1.0)
+        flat += _AT_HINGE[sizes.has_quads] * len(self.hinges) * (0.5 if half else 1.0)
         flat = flat * cell.density + along
         if dimension == 2:
             return flat, sizes.order * along
