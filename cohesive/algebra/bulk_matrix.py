@@ -16,12 +16,7 @@ def bulk_stiffness(blocks: Sequence[ElasticBlock], size: int) -> sp.csr_array:
 
 
 def _assembled(block: ElasticBlock, size: int) -> sp.csr_array:
-    """That of one block, as the product of the elements' rows with their places: sorting all entries would take longer."""
-    dofs, values = block.dofs().astype(np.int32), block.stiffness()
-    columns = np.broadcast_to(dofs[:, None, :], values.shape)
-    start = np.arange(0, values.size + 1, dofs.shape[1])
-    rows = sp.csr_array((values.ravel(), columns.ravel(), start), shape=(dofs.size, size))
-    place = sp.csr_array((np.ones(dofs.size), dofs.ravel(), np.arange(dofs.size + 1)), shape=(dofs.size, size))
-    K: sp.csr_array = place.T.tocsr() @ rows
-    K.sort_indices()
-    return K
+    """That of one block."""
+    dofs, values = block.dofs().astype(np.int32), block.stiffness()  # short indices, which are sorted in half the time
+    rows, columns = (np.broadcast_to(each, values.shape).ravel() for each in (dofs[:, :, None], dofs[:, None, :]))
+    return sp.coo_array((values.ravel(), (rows, columns)), shape=(size, size)).tocsr()

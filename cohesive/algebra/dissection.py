@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from ..arrays import Array, Index, Mask
 
 #: parts with about this many unknowns are not dissected further: below it dense algebra costs more calls than work
-_LEAF = 200
+_LEAF = 150
 
 
 def nested_dissection(points: Array, cells: Sequence[Index], last: Index) -> tuple[Index, Index]:

@@ -92,15 +92,13 @@ def off_path(data: RunData) -> OffPath | None:
     body = _Body.from_data(data)
     load = abs(data.history["load"])
     looked = sorted({*fields.nearest(looked_at(data.history["load"], data.history["stress_n"]))})
-    worst, off = (_TOO_MUCH * m.ft, -1, 0), None
+    worst = (_TOO_MUCH * m.ft, -1, 0)
     for row in looked:
         if load[row] < _PART_OF_PEAK * load.max():
             continue
         pull = body.pull(fields.displaced(row))
-        if pull.max() <= m.ft:
-            continue
-        off = body.is_off & ~beside_loads(data, body.places) if off is None else off
-        places = body.hottest(off & (pull > m.ft), pull)  # a face is pulled more than the centres beside it
+        off = np.flatnonzero(body.is_off & (pull > m.ft))
+        places = body.hottest(off[~beside_loads(data, body.places[off])], pull)  # a face is pulled more than centres beside it
         if len(places):
             at = body.points_around(places)
             means = major_stress(at.means(fields.displaced(row), body.places[places], body.radius[places]))
@@ -138,7 +136,7 @@ class _Body:
     own : of each block, (n,) whether an element is of the material whose strength is known
     places : (q, d), mm
     radius : (q,) of the average around each place, mm; infinite for one that is nothing of such an element
-    distance : (q,) of each place from the crack, mm
+    distance : (q,) of each place from the crack, mm; infinite for one further away than what its radius and `reach` ask
     reach : within which it belongs to the crack, mm
     """
 
@@ -162,15 +160,17 @@ class _Body:
         blocks = list(zip(fields.bulk, own, longest, strict=True))
         size = -_most([(block, mine, -sizes) for block, mine, sizes in blocks], len(points))
         places = np.concatenate([points, *(points[block.cells].mean(axis=1) for block in fields.bulk)])
-        distance = cKDTree(fields.where).query(places)[0]
+        crack = cKDTree(fields.where)
         if data.scene.sizes is None:
-            nearest = np.argsort(np.where(np.isfinite(size), distance, np.inf))[: 1 + fields.cell.max()]
+            nearest = np.argsort(np.where(np.isfinite(size), crack.query(places)[0], np.inf))[: 1 + fields.cell.max()]
             along = float(np.median(size[nearest]))
         else:
             along = data.scene.sizes.crack_size
         least = max(_OF_LENGTH * m.E * m.Gf / m.ft**2, _ELEMENTS * along)
-        radius = np.maximum(least, _OF_COARSE * size)
-        return cls(fields, own, places, radius, distance, max(_RADII_OFF * least, _ELEMENTS_OFF * along))
+        radius, reach = np.maximum(least, _OF_COARSE * size), max(_RADII_OFF * least, _ELEMENTS_OFF * along)
+        furthest = max(reach, float(radius[np.isfinite(radius)].max(initial=0.0)))
+        distance = crack.query(places, distance_upper_bound=np.nextafter(furthest, np.inf))[0]
+        return cls(fields, own, places, radius, distance, reach)
 
     @property
     def is_off(self) -> Mask:
@@ -187,10 +187,9 @@ class _Body:
         blocks = zip(self.fields.bulk, self.own, strict=True)
         return _most([(b, mine, major_stress(b.stress(displacement))) for b, mine in blocks], len(self.fields.mesh.points))
 
-    def hottest(self, places: Mask, pull: Array) -> Index:
+    def hottest(self, places: Index, pull: Array) -> Index:
         """Of some places those that are pulled most in each box of half the least radius."""
-        order = np.flatnonzero(places)
-        order = order[np.argsort(-pull[order], kind="stable")]
+        order = places[np.argsort(-pull[places], kind="stable")]
         boxes = np.floor(self.places[order] / (0.5 * self.radius.min()))
         kind = order >= len(self.fields.mesh.points)  # one node and one centre: the mean at a face is another one
         return np.asarray(order[np.unique(np.column_stack([boxes, kind]), axis=0, return_index=True)[1]])

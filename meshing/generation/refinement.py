@@ -14,7 +14,8 @@ from ..paths import SLACK, Line, Point, segment_lengths
 from .outline import Outline
 from .sizes import MeshSizes, expected_cells
 
-#: a mesh with more nodes is made with twice the element size and halved once, with more than twice as many halved twice
+#: a mesh with more corners, those of second order counting twice, is made with twice the element size and halved once, with
+#: more than twice as many halved twice
 WHOLE_UP_TO = 20_000
 
 #: least number of elements on each segment of the crack path before they are halved
@@ -27,7 +28,7 @@ _HALVED_AT_HINGE = 4
 def halvings(outline: Outline, sizes: MeshSizes) -> int:
     """How often a mesh of 2D cells is to be halved: 0 for one that gmsh makes at its sizes, at most 2."""
     lengths = segment_lengths(outline.crack)
-    nodes = 1.15 * expected_cells(sizes, outline.area, sum(lengths), 2)  # 2 / 3**0.5: of equilateral triangles
+    nodes = 1.15 * sizes.order * expected_cells(sizes, outline.area, sum(lengths), 2)  # 2 / 3**0.5: of equilateral triangles
     on_segment = min(lengths, default=math.inf) / sizes.crack_size
     wanted = sum(nodes > times * WHOLE_UP_TO for times in (1, 2))
     return max(n for n in range(wanted + 1) if n == 0 or on_segment >= 2**n * _LEAST_ON_SEGMENT)

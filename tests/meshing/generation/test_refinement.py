@@ -63,6 +63,7 @@ def test_a_divided_mesh_is_one_that_gmsh_might_have_made(soon, shape, order):
 def test_small_meshes_and_coarse_paths_are_left_to_gmsh():
     assert halvings(PLATE, MeshSizes(0.5, 2.0)) == 0
     assert halvings(PLATE, MeshSizes(0.2, 0.3)) == 1
+    assert [halvings(PLATE, MeshSizes(0.4, 0.45, "triangle", order)) for order in (1, 2)] == [0, 1]
     assert halvings(PLATE, MeshSizes(0.05, 0.2)) == 2
     kinked = [(20.0, 10.0 + 0.5 * i) for i in range(61)]  # of its segments each takes two elements
     assert halvings(Outline(PLATE.corners, [kinked]), MeshSizes(0.25, 0.25)) == 0
