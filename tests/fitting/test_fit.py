@@ -208,9 +208,7 @@ def test_a_curve_that_begins_behind_the_peak_gives_a_wide_interval_of_E() -> Non
 def test_bounds_that_exclude_the_data_are_named() -> None:
     fitted = fit(beam(**{"material.ft": 1.2}), VARY | {"material.ft": (1.0, 1.5)}, reference=measured(), check=False)
     assert "ft stands at its bound, which decides it and not the data" in fitted.identifiable
-    low, high = fitted.intervals["material.ft"]
-    assert high / low > 2.0
-    assert high < 1.001e3 * fitted.values["material.ft"]  # a factor of 1000 says all
+    assert np.isnan(fitted.intervals["material.ft"]).all()  # it would be wider than a factor of 1000
 
 
 @pytest.mark.long
