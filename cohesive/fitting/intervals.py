@@ -18,6 +18,9 @@ CONFIDENCE = 0.95
 #: correlation from which on two numbers trade, and half width of an interval over the value from which on one is hardly seen
 _TRADES, _WIDE = 0.9, 0.5
 
+#: variance along a direction that no row sees
+_UNSEEN = 1e4
+
 #: components of a direction that are named, over the largest one
 _SHARE = 0.3
 
@@ -79,10 +82,12 @@ def statistics(problem: FitProblem, evaluation: FitEvaluation, scatter: Array | 
         along = [each[each != 0.0] for each in along]
     count = effective_count(along)
     freedom = max(count - m, 1.0)
-    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-12)
-    scaled = jacobian / size
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12) / np.outer(size, size)
-    covariance = float(residuals @ residuals) / freedom * inverse
+    _, singular, directions = np.linalg.svd(jacobian, full_matrices=len(jacobian) < m)
+    seen = np.r_[singular, np.zeros(m - len(singular))]
+    seen = np.maximum(seen, 1e-9 * singular[0])
+    variance = np.minimum(float(residuals @ residuals) / freedom / seen**2, _UNSEEN)
+    variance[seen <= 1e-9 * singular[0]] = _UNSEEN
+    covariance = (directions.T * variance) @ directions
     if scatter is not None:
         covariance = covariance + scatter
     return Statistics(covariance, count, float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)))
@@ -198,8 +203,8 @@ def in_words(parameters: Sequence[Varied], z: Array, ends: Array, spread: Statis
 
 
 def unseen_direction(problem: FitProblem, evaluation: FitEvaluation) -> list[str]:
-    """The direction that the data see least, if they do not see it: numbers change along it together by a factor e, or by their
-    range, and the loads by less than they are off the measured ones, or the middle of a band. One sentence, or none."""
+    """The direction that the data see least, if they do not see it: numbers change along it together by a factor e, or by
+    their range, and the loads by less than they are off the measured ones, or the middle of a band. One sentence, or none."""
     slopes = [data.gather @ (problem.slopes(i, evaluation) / data.peak) for i, data in enumerate(problem.data)]
     both = zip(problem.data, evaluation.loads, strict=True)
     off = np.concatenate([data.gather @ ((load - data.middle) / data.peak) for data, load in both])

@@ -290,6 +290,22 @@ def test_exported_points_keep_the_energy(softening: Any) -> None:
         assert EXPORTS[name][1](material).count("\n") > 5
 
 
+@pytest.mark.long
+def test_free_points_find_a_curve_and_name_the_direction_that_is_not_seen() -> None:
+    """More points than the curve of a kink needs: along some direction they are not seen, and no interval is invented."""
+    truth = {"material.softening": {"kink": [0.7, 0.25]}}
+    x, y = measured(noise=0.01, **truth)
+    fitted = fit_curves(beam(**OFF), VARY, ["points:6"], reference=(x, y), check=False).fits["points:6"]
+    assert fitted.rms < 0.02
+    (said,) = (words for words in fitted.identifiable if words.startswith("the data do not see"))
+    assert "points." in said and "% of the peak" in said
+    ends = np.array(list(fitted.intervals.values()))
+    known = ends[~np.isnan(ends[:, 0])]
+    assert (known[:, 1] / known[:, 0] <= 1e6).all()
+    plain = fit(beam(**OFF), VARY, reference=(x, y), check=False)
+    assert not any("do not see" in words for words in plain.identifiable)
+
+
 @pytest.mark.parametrize("curve", ["points:51", "points:2", "points:" + "9" * 5000, "points:\u00b3", "points:", "points:-4"])
 def test_a_number_of_points_without_sense_is_refused(curve: str) -> None:
     with pytest.raises(SceneError, match="points:N with N from 3 to 50"):
