@@ -190,7 +190,7 @@ def test_bands_and_curves(tmp_path: Path) -> None:
 
 
 def test_what_runs_back_is_left_out_and_said(tmp_path: Path) -> None:
-    measured = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,10\n0.05,1\n0.08,5\n0.2,8\n")
+    measured = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,1000\n0.05,100\n0.08,500\n0.2,800\n")
     np.testing.assert_array_equal(measured.x, [0.0, 0.1, 0.2])
     assert measured.notes == ("driven runs back in 2 of its 5 rows, in 1 unloading(s) by up to 0.05 mm, which are left out",)
 
