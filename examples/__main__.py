@@ -25,6 +25,7 @@ EXAMPLES = (
     "laboratory",
     "measured_deflection",
     "identification",
+    "one_material",
     "found_path",
     "eccentric_beam",
     "many_paths",

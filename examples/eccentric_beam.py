@@ -7,7 +7,8 @@ fitted to the middle of the band, E as published.
 
 Expected: the found path leans towards the load, by 29 degrees from the vertical up to y = 50 mm. Along the straight one the
 peak is an eighth higher with the same material, so that its fit gives a fracture energy that is a quarter lower and a tensile
-strength that is 7 % lower; what the fits leave does not tell which path is right.
+strength that is 7 % lower; what the fits leave does not tell which path is right. With E free and an offset of the gauge the
+found path leaves 1.6 % in place of 3.1 %; an offset alone changes nothing, E alone leaves 2.9 %.
 
     python -m examples.eccentric_beam [-o DIR]
 """
@@ -27,6 +28,9 @@ from examples.command import command
 
 DATA = Path(__file__).parent / "data" / "garcia-alvarez-2012-eccentric-d80.csv"
 VARY = {"material.ft": (1.5, 6.0), "material.Gf": (0.02, 0.2)}
+
+#: E, and what the gauge had moved before the first row, mm
+SEATING = {"material.E": (10e3, 90e3), "reference.x_offset": (-0.005, 0.005)}
 STRAIGHT = [[-50.0, 20.0], [-50.0, 80.0]]
 
 
@@ -78,6 +82,8 @@ def main(size: float = 1.0, plot: Path | None = None) -> Eccentric:
     fits = {}
     for name, each in runs.items():
         fits[name] = fit(each.scene, VARY, reference=(cmod, 0.5 * (low + high)), check=False)
+    scene = grown.scene.with_(reference={"file": str(DATA)})
+    fits["found, with an offset"] = fit(scene, VARY | SEATING, loss="linear", check=False)
     line = grown.path[grown.path[:, 1] <= 50.0]
     lean = math.degrees(math.atan2(*(line[-1] - line[0])))
     print("\n".join(note for note in grown.notes if note.startswith("path")))
@@ -85,7 +91,8 @@ def main(size: float = 1.0, plot: Path | None = None) -> Eccentric:
     print(f"measured peaks {low.max():.0f} to {high.max():.0f} N")
     for name, each in fits.items():
         ft, gf = each.values["material.ft"], each.values["material.Gf"]
-        print(f"{name}: peak {runs[name].peak_load:.0f} N with the published material")
+        if name in runs:
+            print(f"{name}: peak {runs[name].peak_load:.0f} N with the published material")
         print(f"{name}: fitted ft {ft:.2f} MPa, Gf {1000 * gf:.1f} N/m, rms {100 * each.rms:.1f} %")
     if plot is not None:
         _draw(runs, {name: each.results[0] for name, each in fits.items()}, (cmod, low, high), plot)

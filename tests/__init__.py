@@ -10,7 +10,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     cracks/test_band.py                      random walks at two more of Poisson's ratios
     figures/test_cells.py                    many triangles
     figures/test_pictures.py                 five more titles
-    fitting/test_fit.py                      intervals from noise and known scatter, shared numbers, the choice of a curve
+    fitting/test_fit.py                      intervals from noise and scatter, shared numbers, choice of a curve, points
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path repeated, from a face, from a .geo file, on turned meshes, from two notches
     growth/test_settled.py                   finer meshes, segments and steps; a beam with a hole

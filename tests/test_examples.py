@@ -20,6 +20,7 @@ from examples import (
     many_paths,
     measured_deflection,
     one_crack_in_tension,
+    one_material,
     opening_and_closing,
     shear_and_pull,
     size_effect,
@@ -162,6 +163,26 @@ def test_eccentric_beam(tmp_path: Path) -> None:
     assert energies["straight"] / energies["found"] == pytest.approx(0.75, abs=0.03)
     assert max(found.rms.values()) < 0.05
     assert is_drawn(tmp_path / "eccentric.png")
+
+
+@pytest.mark.long
+def test_one_material(tmp_path: Path) -> None:
+    """Two fitted beams predict the peak of a third; a kink, which is the quickest of the good ones."""
+    stiff = one_material.stiffness_by_gauge()
+    assert stiff[75.0].min() > 0.15  # measured: 16 to 20 %
+    assert abs(stiff[one_material.GAUGE]).max() < 0.01
+    (said,) = one_material.main(plot=tmp_path / "one.png", curves=(("kink", 0),))
+    assert said.rms < 0.016 and said.inside >= 16 and said.near >= 24
+    assert abs(said.blind) < 0.03
+    assert is_drawn(tmp_path / "one.png")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", range(3))
+def test_free_points_for_two_beams_predict_a_third(start: int) -> None:
+    found, said = one_material.fit_both("points:5", *one_material.STARTS[start])
+    assert said.rms < 0.01 and abs(said.blind) < 0.03
+    assert any("do not see" in each for each in found.identifiable)
 
 
 @pytest.mark.long

@@ -107,7 +107,7 @@ def _fit_each(
 
     columns: dict[str, list[float | None]] = {}
     curves: list[Measured] = []
-    intervals: dict[str, dict[str, list[float | None]]] = {}
+    intervals: dict[str, list[list[float | None]]] = {}
     for specimen in specimens:
         own = {key: value for key, value in specimen.values.items() if key.startswith(("specimen.", "reference."))}
         file = {"reference.file": str(specimen.file.resolve()), "reference.label": specimen.name}
@@ -118,14 +118,12 @@ def _fit_each(
         print(f"{specimen.name}: {fitted.summary()}")
         for key, value in fitted.values.items():
             columns.setdefault(key, []).append(value)
+            intervals.setdefault(key, []).append([end if isfinite(end) else None for end in fitted.intervals[key]])
         curves += fitted.problem.data[0].curves
-        intervals[specimen.name] = {
-            key: [end if isfinite(end) else None for end in ends] for key, ends in fitted.intervals.items()
-        }
     units = key_units(scene)
-    series = Series([each.name for each in specimens], columns, {key: units.get(key, "") for key in columns})
+    series = Series([each.name for each in specimens], columns, {key: units.get(key, "") for key in columns}, intervals)
     print(series.summary())
-    write_series(folder, series, curves, {"intervals": intervals}, scene.output)
+    write_series(folder, series, curves, {}, scene.output)
 
 
 def _bounds(text: str) -> tuple[str, tuple[float, float]]:

@@ -27,6 +27,7 @@ def write_series(
     write_table(folder / FILES[0], map(str, head), (["" if cell is None else cell for cell in row] for row in rows))
     numbers = {
         "values": {name: dict(zip(series.names, each, strict=True)) for name, each in series.values.items()},
+        "intervals": {name: dict(zip(series.names, each, strict=True)) for name, each in series.intervals.items()},
         "units": dict(series.units),
         "statistics": {
             name: {key: value if value == value else None for key, value in asdict(each).items()}

@@ -23,8 +23,11 @@ from .result import Fit
 #: bounds of the numbers of a kink, and where it starts
 _KINK, _KINK_BOUNDS = [0.8, 0.3], {"material.softening.kink.0": (0.1, 1.7), "material.softening.kink.1": (0.03, 0.7)}
 
-#: openings of free points in Gf/ft, and by which factor they and their stresses may change
-_LAST, _FACTOR = 5.0, 3.0
+#: where free points start, between a steep branch and a tail: parts of ft, each falling over an opening in Gf/ft, of area 1
+_BRANCHES = ((0.8, 0.4), (0.2, 3.4))
+
+#: their first and last opening in Gf/ft, and by which factor openings and stresses may change
+_FIRST, _LAST, _FACTOR = 0.3, 8.0, 3.0
 
 #: free points of a curve: more than the rows of most measured curves determine none
 _LEAST_POINTS, _MOST_POINTS = 3, 50
@@ -163,10 +166,9 @@ def _with_points(
     start = [scene.with_(**carried) for scene in scenes]
     material = (scenes[0] if best is None else best.scenes[0]).material
     ft, unit = float(material.ft), float(material.Gf) / float(material.ft)
-    last = min(float(material.curve.end), _LAST * unit)
-    w = last * np.linspace(0.0, 1.0, number) ** 1.8
-    stress = np.maximum(material.curve.stress(w), 0.02 * ft)
-    points = [[float(a), float(b)] for a, b in zip(w, stress, strict=True)]
+    w = np.r_[0.0, np.geomspace(_FIRST, _LAST, number - 1)]
+    stress = ft * sum(part * np.exp(-w / fall) for part, fall in _BRANCHES)
+    points = [[float(a), float(b)] for a, b in zip(w * unit, stress, strict=True)]
     points[-1][1] = 0.0
     key = "material.softening.points"
     bounds = {k: b for k, b in vary.items() if k not in _OF_POINTS}

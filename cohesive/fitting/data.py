@@ -127,10 +127,11 @@ class Data:
         parts = [self.gather @ gap, *([self.gather @ (_PULL * off_middle)] if self.loss == "band" else [])]
         return np.concatenate(parts)
 
-    def inside(self, load: Array) -> int:
-        """How many of the computed loads lie within the bounds."""
+    def inside(self, load: Array, margin: float = 0.0) -> int:
+        """How many of the computed loads lie within the bounds, or off them by no more than a part `margin` of the bound."""
         slack = 1e-9 * self.peak
-        return int(((load >= self.low - slack) & (load <= self.high + slack)).sum())
+        low, high = self.low - margin * abs(self.low) - slack, self.high + margin * abs(self.high) + slack
+        return int(((load >= low) & (load <= high)).sum())
 
 
 def _check(measured: Measured) -> None:

@@ -16,7 +16,7 @@ from ..scenes.reference import load_reference, reference_to
 from ..scenes.scene import Scene
 from ..solver.controls import control_of
 from .data import Data
-from .intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics
+from .intervals import Statistics, covariance_ends, feasible_ends, in_words, profile_ends, statistics, unseen_direction
 from .known_errors import MeshPart, scatter_of
 from .parameters import OFFSET, inside, varied
 from .problem import FAILURES, FitEvaluation, FitProblem
@@ -47,7 +47,7 @@ _DISTINCT = 0.03
 #: the test does not see a number that moves no load by this part of the peak when it changes by its own size
 _UNSEEN = 1e-3
 
-#: how far an interval reaches at most, scaled: a factor of 1000, which says that the number is not seen
+#: how far an interval reaches at most, scaled: beyond a factor of 1000 the number is not known
 _FURTHEST = float(np.log(1000.0))
 
 #: places to start from, at most: each takes a fit of its own
@@ -125,11 +125,11 @@ def fit(
     if profile and kind == "profile" and added is not None:
         half = spread.quantile * np.sqrt(np.diag(added))
         ends = best.z[:, None] + np.sign(ends - best.z[:, None]) * np.hypot(ends - best.z[:, None], half[:, None])
-    ends = np.clip(ends, best.z[:, None] - _FURTHEST, best.z[:, None] + _FURTHEST)
+    ends[(abs(ends - best.z[:, None]) > _FURTHEST).any(axis=1)] = np.nan
     found = [scene.with_(**problem.values(best.z, i)) for i, scene in enumerate(each)]
     mesh = MeshPart.of(problem, best, found) if check else MeshPart(np.full(len(best.z), np.nan))
     ends = mesh.added(best.z, ends)
-    words = in_words(problem.parameters, best.z, ends, spread.correlation, spread.count, kind == "feasible")
+    words = in_words(problem.parameters, best.z, ends, spread, kind) + unseen_direction(problem, best)
     return Fit(each, problem, distinct, best, spread, ends, kind, words, mesh)
 
 
@@ -205,7 +205,8 @@ def _first(problem: FitProblem) -> FitEvaluation:
 
 
 def _refuse_unseen(problem: FitProblem, evaluation: FitEvaluation) -> None:
-    """Refuse numbers that no measured row sees, and those of contact and shear where a symmetric crack only opens."""
+    """Refuse numbers, free points excepted, that no row sees, and those of contact and shear where a symmetric crack only
+    opens."""
     for each in problem.parameters:
         scenes = [problem.repeated[i].scene for i in each.scenes]
         if each.key.split(".")[-1] in _OF_SHEAR and all(map(_only_opens, scenes)):
@@ -214,7 +215,7 @@ def _refuse_unseen(problem: FitProblem, evaluation: FitEvaluation) -> None:
     for i, data in enumerate(problem.data):
         moved = np.maximum(moved, abs(problem.slopes(i, evaluation)).max(axis=0) / data.peak)
     for each, size in zip(problem.parameters, moved, strict=True):
-        if size < _UNSEEN:
+        if size < _UNSEEN and ".softening.points." not in each.key:  # of these the direction that is not seen is named
             raise _unseen(each.key)
 
 

@@ -18,6 +18,12 @@ CONFIDENCE = 0.95
 #: correlation from which on two numbers trade, and half width of an interval over the value from which on one is hardly seen
 _TRADES, _WIDE = 0.9, 0.5
 
+#: variance along a direction that no row sees
+_UNSEEN = 1e4
+
+#: components of a direction that are named, over the largest one
+_SHARE = 0.3
+
 #: how closely the ends of a profile are found, in units of its distance, and with how many fits each
 _CLOSE, _FITS = 0.1, 4
 
@@ -76,10 +82,12 @@ def statistics(problem: FitProblem, evaluation: FitEvaluation, scatter: Array | 
         along = [each[each != 0.0] for each in along]
     count = effective_count(along)
     freedom = max(count - m, 1.0)
-    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-12)
-    scaled = jacobian / size
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12) / np.outer(size, size)
-    covariance = float(residuals @ residuals) / freedom * inverse
+    _, singular, directions = np.linalg.svd(jacobian, full_matrices=len(jacobian) < m)
+    seen = np.r_[singular, np.zeros(m - len(singular))]
+    seen = np.maximum(seen, 1e-9 * singular[0])
+    variance = np.minimum(float(residuals @ residuals) / freedom / seen**2, _UNSEEN)
+    variance[seen <= 1e-9 * singular[0]] = _UNSEEN
+    covariance = (directions.T * variance) @ directions
     if scatter is not None:
         covariance = covariance + scatter
     return Statistics(covariance, count, float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)))
@@ -164,35 +172,55 @@ def interval_words(low: float, high: float) -> str:
     return "not known" if np.isnan(low) else f"{low:.4g} to {high:.4g}"
 
 
-def in_words(parameters: Sequence[Varied], z: Array, ends: Array, correlation: Array, count: float, is_set: bool) -> list[str]:
+def in_words(parameters: Sequence[Varied], z: Array, ends: Array, spread: Statistics, kind: str) -> list[str]:
     """What the test does not see, one sentence each; else that it sees everything."""
-    sentences = []
-    at_bound = _at_bounds(parameters, z)
-    for each, is_at in zip(parameters, at_bound, strict=True):
+    sentences, correlation, count, m = [], spread.correlation, spread.count, len(z)
+    for each, is_at in zip(parameters, _at_bounds(parameters, z), strict=True):
         if is_at:
             sentences.append(f"{each.short} stands at its bound, which decides it and not the data")
-    for i in range(len(z)):
+    for i in range(m):
         for j in range(i):
             if abs(correlation[i, j]) >= _TRADES:
-                pair = f"{parameters[j].short} and {parameters[i].short}"
-                sentences.append(f"{pair} trade: r = {correlation[i, j]:.2f}".replace("0.", "."))
+                r = f"{correlation[i, j]:.2f}".replace("0.", ".")
+                sentences.append(f"{parameters[j].short} and {parameters[i].short} trade: r = {r}")
     for each, at, (low, high) in zip(parameters, z, ends, strict=True):
         value, bottom, top = each.value(float(at)), each.value(float(low)), each.value(float(high))
         if each.curve is None and top - bottom > 2.0 * _WIDE * abs(value):  # an offset may be 0
             sentences.append(f"{each.short} is hardly seen: {value:.3g}, between {bottom:.3g} and {top:.3g}")
-    if np.isnan(ends).any():
-        remedy = "; a profile (--profile) finds some" if count > len(z) else f", too few for {len(z)} numbers"
+    if kind == "unknown":
+        remedy = "a profile (--profile) finds some" if count > m else f"too few for {m} numbers, --loss linear fits the middle"
         sentences.append(
-            f"intervals are not known: rows inside a band have no weight, and those outside are worth {count:.1f}{remedy}"
+            f"intervals are not known: rows inside a band have no weight, and those outside are worth {count:.1f}; {remedy}"
         )
-    elif not is_set and count < 2.0 * len(z) + 1.0:
+    elif kind != "feasible" and count < 2.0 * m + 1.0:
         sentences.append(
-            f"the residuals are worth {count:.1f} independent ones, which hardly bear {len(z)} numbers: fewer would do as well"
+            f"the residuals are worth {count:.1f} independent ones, which hardly bear {m} numbers: fewer would do as well"
         )
     if not sentences:
-        largest = float(abs(correlation - np.eye(len(z))).max()) if len(z) > 1 else 0.0
+        largest = float(abs(correlation - np.eye(m)).max()) if m > 1 else 0.0
         sentences.append(f"every number is seen on its own: largest correlation {largest:.2f}")
     return sentences
+
+
+def unseen_direction(problem: FitProblem, evaluation: FitEvaluation) -> list[str]:
+    """The direction that the data see least, if they do not see it: numbers change along it together by a factor e, or by
+    their range, and the loads by less than they are off the measured ones, or the middle of a band. One sentence, or none."""
+    slopes = [data.gather @ (problem.slopes(i, evaluation) / data.peak) for i, data in enumerate(problem.data)]
+    both = zip(problem.data, evaluation.loads, strict=True)
+    off = np.concatenate([data.gather @ ((load - data.middle) / data.peak) for data, load in both])
+    _, singular, directions = np.linalg.svd(np.concatenate(slopes))
+    changes = np.r_[singular, np.zeros(len(directions) - len(singular))]
+    unseen = int((changes < np.linalg.norm(off)).sum())
+    if not unseen:
+        return []
+    moved = [
+        f"{each.short} from {each.value(float(at)):.3g} to {each.value(float(at + by)):.3g}"
+        for each, at, by in zip(problem.parameters, evaluation.z, directions[-1], strict=True)
+        if abs(by) > _SHARE * abs(directions[-1]).max()
+    ]
+    percent = 100.0 * changes[-1] / np.sqrt(len(off))
+    more = f"; nor {unseen - 1} more direction{'s' * (unseen > 2)}" if unseen > 1 else ""
+    return [f"the data do not see {' with '.join(moved)}, which moves the loads by {percent:.2g} % of the peak{more}"]
 
 
 def _at_bounds(parameters: Sequence[Varied], z: Array) -> Mask:

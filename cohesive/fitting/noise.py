@@ -28,6 +28,9 @@ _SEEN = 10.8 * 1.5
 #: least standard deviation of a load, part of the peak: files have digits
 _LEAST = 1e-6
 
+#: misfit from which on another curve is named, part of the peak
+_FOLLOWED = 0.01
+
 #: logarithms of the noise that the gauge brings to the load where it is steepest over that of the load, both squared
 _POWERS = np.linspace(-6.0, 20.0, 27)
 
@@ -53,6 +56,7 @@ class Noise:
         return (
             f"noise: {motion}, {self.load:.3g} N in the load; beside it the model leaves "
             f"{100 * self.misfit / peak:.2g} % of the peak"
+            + (", which another softening curve may follow (--softening)" if self.misfit > _FOLLOWED * peak else "")
         )
 
 

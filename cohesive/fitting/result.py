@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 _KINDS = {"profile": "profile likelihood", "covariance": "covariance", "feasible": "all rows in the band",
           "unknown": "not known"}  # fmt: skip
 
+#: part of a band's bound up to which a point counts as near it
+_NEAR = 0.03
+
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
@@ -159,7 +162,8 @@ class Fit:
         lines = [f"fit of {len(self.problem.parameters)} numbers to {sum(len(d.x) for d in self.problem.data)} measured rows"]
         for data, load in zip(self.problem.data, self.best.loads, strict=True):
             if any(curve.is_band for curve in data.curves):
-                lines.append(f"{data.inside(load)} of {len(load)} points inside the band")
+                near = f"{data.inside(load, _NEAR)} within {100 * _NEAR:.0f} % of it"
+                lines.append(f"{data.inside(load)} of {len(load)} points inside the band, {near}")
         worth = f"the residuals are worth {self.effective_rows:.1f} independent ones"
         lines.append(f"rms {100 * self.rms:.2f} % of the peak; {worth}")
         width = max(len(name) for name in self.values)

@@ -19,6 +19,9 @@ from .text_table import TextTable, parse_tables
 #: first one
 _NEAR = 0.5
 
+#: how all specimens of a file are taken
+_SERIES = "; evaluate and fit take all of them with --specimens TABLE"
+
 #: rows from which the width of a column is taken
 _SAMPLE = 100
 
@@ -47,7 +50,9 @@ def one_block(texts: Mapping[str, str], sheet: str | int | None, block: str | in
     names = [" ".join(words) or str(number) for number, (words, _) in enumerate(named, start=1)]
     shown = ", ".join(map(repr, names[:12])) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
     if block is None:
-        raise TableError(f"it holds {len(names)} specimens, {shown}: expected reference.block = the name or number of one")
+        raise TableError(
+            f"it holds {len(names)} specimens, {shown}: expected reference.block = the name or number of one{_SERIES}"
+        )
     chosen = [i for i, name in enumerate(names) if plain(str(block)) == plain(name)]
     if not chosen and isinstance(block, int) and 1 <= block <= len(names):
         chosen = [block - 1]
@@ -79,7 +84,7 @@ def _of_sheet(texts: Mapping[str, str], sheet: str | int | None) -> tuple[list[T
         raise TableError("; ".join(f"sheet {name!r} {error}" for name, error in errors.items()))
     if len(found) > 1:
         shown = ", ".join(map(repr, found))
-        raise TableError(f"it has tables on the sheets {shown}: expected reference.sheet = the name or number of one")
+        raise TableError(f"it has tables on the sheets {shown}: expected reference.sheet = the name or number of one{_SERIES}")
     (name,) = found
     return found[name], [f"sheet {name!r} is read; {', '.join(map(repr, errors))} has no table of numbers"]
 

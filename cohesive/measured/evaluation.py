@@ -76,6 +76,8 @@ def evaluate(measured: Measured, standard: str, values: Mapping[str, Any]) -> Ev
     function, wanted = STANDARDS[standard]
     x, y, remarks = _as_wanted(measured.without_doubt(), standard, wanted)
     quantities = function(beam, x, y)
+    if int(np.argmax(y)) == len(y) - 1:
+        remarks = [*remarks, "the load rises up to the last row: the peak may not have been reached"]
     is_opening = measured.against not in _DEFLECTIONS
     quantities.append(modulus(beam, measured.x, measured.y, is_opening, _number(values, "gauge_holder", 0.0)))
     return Evaluation(standard, measured.name, quantities, (*measured.notes, *remarks))

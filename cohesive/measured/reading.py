@@ -139,7 +139,7 @@ def _measured(
     else:
         curve = Measured.from_curve(test.x, test.loads[:, 0], path.name, choice.against)
     curve = replace(curve, x_unit=x_units[0][0], y_unit=y_units[0][0], x_offset=test.x_offset, content=content)
-    doubt = _sign(curve) or _scale(curve, crack_area) or _start(curve)
+    doubt = _sign(curve) or _scale(curve, crack_area, given) or _start(curve)
     return replace(curve, notes=(*choice.notes, *lost, *test.notes, *([doubt] if doubt else [])), doubt=doubt)
 
 
@@ -187,9 +187,9 @@ def _start(curve: Measured) -> str:
     )
 
 
-def _scale(curve: Measured, crack_area: float | None) -> str:
-    """One sentence with the key that corrects it, if a curve without a unit is far off what a concrete bears or opens by, and
-    another unit brings it there; empty if neither."""
+def _scale(curve: Measured, crack_area: float | None, given: tuple[str | None, str | None]) -> str:
+    """One sentence with the key that corrects it, if a curve whose unit no key gives is far off what a concrete bears or opens
+    by, and another unit brings it there; empty if neither."""
     if crack_area is None:
         return ""
     peak, length = int(abs(curve.y).argmax()), crack_area**0.5
@@ -197,16 +197,16 @@ def _scale(curve: Measured, crack_area: float | None) -> str:
     size = f"for a crack of {crack_area:.4g} mm^2"
     load_there, motion_there = f"largest load is {load:.4g} N {size}", f"motion at the largest load is {motion:.4g} mm {size}"
     pairs = (
-        ("y", curve.y_unit, "N", ("kN", "MN", "mN"), FORCES, load / crack_area, _STRESSES, load_there),
-        ("x", curve.x_unit, "mm", ("um", "m"), LENGTHS, motion / length, _MOTIONS, motion_there),
+        ("y", given[1], curve.y_unit, "N", ("kN", "MN", "mN", "N"), FORCES, load / crack_area, _STRESSES, load_there),
+        ("x", given[0], curve.x_unit, "mm", ("um", "m", "mm"), LENGTHS, motion / length, _MOTIONS, motion_there),
     )
-    for key, named, unit, others, factors, value, (low, high), what in pairs:
-        if named or not value > 0 or low <= value <= high:
+    for key, said, own, unit, others, factors, value, (low, high), what in pairs:
+        if said or not value > 0 or low <= value <= high:
             continue
-        if other := next((other for other in others if low <= value * factors[other] <= high), ""):
-            return (
-                f"its {what}, and no unit is named: if it is in {other}, say reference.{key}_unit = '{other}', else '{unit}'"
-            )
+        in_file = value / (factor_in(own, factors) or 1.0)
+        if other := next((other for other in others if low <= in_file * factors[other] <= high), ""):
+            named = f"its heading says {own}" if own else "no unit is named"
+            return f"its {what}, and {named}: if it is in {other}, say reference.{key}_unit = '{other}', else '{own or unit}'"
     return ""
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.special import stdtrit
@@ -27,6 +28,10 @@ _KEYS = {"file": "reference.file", "sheet": "reference.sheet", "block": "referen
          "y": "reference.y", "x unit": "reference.x_unit", "y unit": "reference.y_unit", "against": "reference.against",
          "name": "name", "mass loading": "mass_loading", "gauge holder": "gauge_holder"}  # fmt: skip
 _COLUMNS = ("reference.x", "reference.y")
+
+#: rows of statistics, and the attributes that they show
+_STATISTICS = {"mean": "mean", "standard deviation": "deviation", "coefficient of variation": "variation", "n": "count",
+               "k_n": "k_n", "characteristic value": "characteristic"}  # fmt: skip
 
 #: what a characteristic value is, in words
 CHARACTERISTIC = "mean - k_n s, 5 % fractile of a normal distribution, EN 1990 Annex D, table D1, V_X unknown"
@@ -78,11 +83,13 @@ class Series:
     names : of the specimens
     values : for each quantity the numbers of all, None if a curve does not reach so far
     units : of the quantities
+    intervals : of some quantities the ends for each specimen, None if they are not known
     """
 
     names: Sequence[str]
     values: Mapping[str, Sequence[float | None]]
     units: Mapping[str, str]
+    intervals: Mapping[str, Sequence[Sequence[float | None]]] = field(default_factory=dict)
 
     @property
     def statistics(self) -> dict[str, Statistics]:
@@ -90,22 +97,23 @@ class Series:
         return {name: statistics([value for value in each if value is not None]) for name, each in self.values.items()}
 
     def rows(self) -> list[list[str | float | None]]:
-        """The table: a heading, each specimen, then mean, deviation, variation, number, k_n and characteristic value."""
-        every = self.statistics.values()
-        titles = (f"{name} [{self.units[name]}]".removesuffix(" []") for name in self.values)
-        head: list[str | float | None] = ["specimen", *titles]
-        each: list[list[str | float | None]] = [
-            [name, *(column[i] for column in self.values.values())] for i, name in enumerate(self.names)
+        """The table: a heading, each specimen with its intervals, then the statistics."""
+        every = self.statistics
+
+        def row(title: str, cells: Mapping[str, Any], ends: Mapping[str, Sequence[Any]]) -> list[str | float | None]:
+            both = ((cell, *(ends.get(name, (None, None)) if name in self.intervals else ())) for name, cell in cells.items())
+            return [title, *(_finite(value) for pair in both for value in pair)]
+
+        titles = {name: f"{name} [{self.units[name]}]".removesuffix(" []") for name in self.values}
+        head = row("specimen", titles, {name: (f"{name} from", f"{name} to") for name in titles})
+        each = [
+            row(title, {name: column[i] for name, column in self.values.items()}, {k: v[i] for k, v in self.intervals.items()})
+            for i, title in enumerate(self.names)
         ]
-        summed: list[list[str | float | None]] = [
-            ["mean", *(one.mean for one in every)],
-            ["standard deviation", *(one.deviation for one in every)],
-            ["coefficient of variation", *(one.variation for one in every)],
-            ["n", *(one.count for one in every)],
-            ["k_n", *(one.k_n for one in every)],
-            ["characteristic value", *(one.characteristic for one in every)],
+        summed = [
+            row(title, {name: getattr(one, own) for name, one in every.items()}, {}) for title, own in _STATISTICS.items()
         ]
-        return [head, *each, *([[_finite(value) for value in row] for row in summed])]
+        return [head, *each, *summed]
 
     def summary(self) -> str:
         """The printed table."""

@@ -181,6 +181,8 @@ def modulus(beam: Beam, x: Array, y: Array, is_opening: bool, holder: float = 0.
         return Quantity("E", None, "MPa", "the motion does not grow with the load between a tenth and four tenths of the peak")
     S, d, b, a = beam.span, beam.depth, beam.thickness, beam.notch
     ratio = f"span/depth {S / d:.3g}, the formula is for 4"
+    if is_opening and not a:
+        return Quantity("E", None, "MPa", "without a notch its mouth does not open before it cracks")
     if is_opening:
         z = (a + holder) / (d + holder)
         V1 = 0.76 - 2.28 * z + 3.87 * z**2 - 2.04 * z**3 + 0.66 / (1.0 - z) ** 2

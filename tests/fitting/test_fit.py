@@ -208,9 +208,7 @@ def test_a_curve_that_begins_behind_the_peak_gives_a_wide_interval_of_E() -> Non
 def test_bounds_that_exclude_the_data_are_named() -> None:
     fitted = fit(beam(**{"material.ft": 1.2}), VARY | {"material.ft": (1.0, 1.5)}, reference=measured(), check=False)
     assert "ft stands at its bound, which decides it and not the data" in fitted.identifiable
-    low, high = fitted.intervals["material.ft"]
-    assert high / low > 2.0
-    assert high < 1.001e3 * fitted.values["material.ft"]  # a factor of 1000 says all
+    assert np.isnan(fitted.intervals["material.ft"]).all()  # it would be wider than a factor of 1000
 
 
 @pytest.mark.long
@@ -290,6 +288,22 @@ def test_exported_points_keep_the_energy(softening: Any) -> None:
     assert 0.5 * (stress[1:] + stress[:-1]) @ np.diff(w) == pytest.approx(0.1, rel=0.01)
     for name in EXPORTS:
         assert EXPORTS[name][1](material).count("\n") > 5
+
+
+@pytest.mark.long
+def test_free_points_find_a_curve_and_name_the_direction_that_is_not_seen() -> None:
+    """More points than the curve of a kink needs: along some direction they are not seen, and no interval is invented."""
+    truth = {"material.softening": {"kink": [0.7, 0.25]}}
+    x, y = measured(noise=0.01, **truth)
+    fitted = fit_curves(beam(**OFF), VARY, ["points:6"], reference=(x, y), check=False).fits["points:6"]
+    assert fitted.rms < 0.02
+    (said,) = (words for words in fitted.identifiable if words.startswith("the data do not see"))
+    assert "points." in said and "% of the peak" in said
+    ends = np.array(list(fitted.intervals.values()))
+    known = ends[~np.isnan(ends[:, 0])]
+    assert (known[:, 1] / known[:, 0] <= 1e6).all()
+    plain = fit(beam(**OFF), VARY, reference=(x, y), check=False)
+    assert not any("do not see" in words for words in plain.identifiable)
 
 
 @pytest.mark.parametrize("curve", ["points:51", "points:2", "points:" + "9" * 5000, "points:\u00b3", "points:", "points:-4"])

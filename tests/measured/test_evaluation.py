@@ -36,6 +36,12 @@ def test_residual_strengths() -> None:
     assert values["fR4"] is None
 
 
+def test_a_curve_that_ends_while_it_rises_and_a_beam_without_a_notch_are_told() -> None:
+    rising = Measured.from_curve(np.array([0.02, 0.04, 0.05]), np.array([9e3, 12e3, 13e3]), against="opening")
+    assert "the load rises up to the last row" in " ".join(evaluate(rising, "en-14651", BEAM).notes)
+    assert evaluate(rising, "en-14651", BEAM | {"specimen.notch": 0.0}).values["E"] is None
+
+
 def test_the_tail_needs_no_mass_and_counts_what_was_not_measured() -> None:
     u = np.linspace(0.01, 1.0, 400)
     whole = np.where(u < 0.05, 200e3 * u, 25.0 / u**2)

@@ -190,16 +190,27 @@ def test_bands_and_curves(tmp_path: Path) -> None:
 
 
 def test_what_runs_back_is_left_out_and_said(tmp_path: Path) -> None:
-    measured = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,10\n0.05,1\n0.08,5\n0.2,8\n")
+    measured = curve(tmp_path, "driven [mm],load [N]\n0,0\n0.1,1000\n0.05,100\n0.08,500\n0.2,800\n")
     np.testing.assert_array_equal(measured.x, [0.0, 0.1, 0.2])
-    assert measured.notes == (
-        "driven runs back in 2 of its 5 rows, in 1 unloading(s) by up to 0.05 mm, which are left out",
-    )
+    assert measured.notes == ("driven runs back in 2 of its 5 rows, in 1 unloading(s) by up to 0.05 mm, which are left out",)
 
 
 def a_million(write: Callable[[float, float], str]) -> str:
     x = np.linspace(0.0, 1.0, 10**5)  # repeated ten times: the file is what takes time, not its making
     return "".join(write(a, b) for a, b in zip(x, np.exp(-x), strict=True)) * 10
+
+
+@pytest.mark.parametrize(
+    ("heading", "y", "said"),
+    [("load", 1e-3, "no unit is named: if it is in kN"), ("load [N]", 1e-3, "its heading says N: if it is in kN"),
+     ("load [kN]", 1.0, "its heading says kN: if it is in N")],
+)  # fmt: skip
+def test_a_load_that_no_concrete_bears_is_asked_about(heading: str, y: float, said: str, tmp_path: Path) -> None:
+    text, unit = f"opening [mm],{heading}\n" + rows(y=y), said.split()[-1]
+    assert said in curve(tmp_path, text).doubt
+    told = curve(tmp_path, text, y_unit=unit)  # a key decides
+    assert not told.doubt
+    assert told.y.max() == pytest.approx(y * {"kN": 1e3, "N": 1.0}[unit] * OLSEN[:, 1].max())
 
 
 @pytest.mark.long

@@ -156,8 +156,9 @@ def test_what_cannot_be_meant_is_asked_about_with_the_key_that_corrects_it(case:
     assert numbers(corrected) == pytest.approx(wanted, rel=1e-7)
 
 
-def test_a_unit_that_is_said_is_not_asked_about(tmp_path: Path) -> None:
-    assert not read(tmp_path, table("CMOD [mm],Load [N]", X, 1e-3 * Y)).doubt
+def test_a_unit_that_a_key_says_is_not_asked_about(tmp_path: Path) -> None:
+    assert read(tmp_path, table("CMOD [mm],Load [N]", X, 1e-3 * Y)).doubt
+    assert not read(tmp_path, table("CMOD [mm],Load [N]", X, 1e-3 * Y), y_unit="N").doubt
     assert not read(tmp_path, table("CMOD,Load", X, 1e-3 * Y), y_unit="N").doubt
     assert not read(tmp_path, table("CMOD,Load", X, 0.1 * Y)).doubt  # a weak specimen
 

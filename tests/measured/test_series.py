@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,11 @@ def test_the_table_has_each_and_leaves_out_what_a_curve_does_not_reach() -> None
     assert rows["specimen"] == ["fR1 [MPa]", "fR4 [MPa]"] and rows["B2"] == [5.0, None]
     assert rows["n"] == [3, 2] and rows["mean"] == [5.0, 1.5]
     assert "EN 1990 Annex D, table D1, V_X unknown" in series.summary()
+    seen = replace(series, intervals={"fR1": [[3.5, 4.5], [None, None], [5.0, 7.0]]})
+    rows = {str(row[0]): row[1:] for row in seen.rows()}
+    assert rows["specimen"] == ["fR1 [MPa]", "fR1 from", "fR1 to", "fR4 [MPa]"]
+    assert rows["B1"] == [4.0, 3.5, 4.5, 1.0] and rows["B2"] == [5.0, None, None, None]
+    assert rows["mean"] == [5.0, None, None, 1.5]
 
 
 def test_strengths_of_the_model_code_by_hand() -> None:
