@@ -49,9 +49,9 @@ def measures(specimen: Specimen, gauges: Mapping[str, Gauge], mesh: CrackedMesh,
 def _mean_jump(specimen: Specimen, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
     if faces is None:
         keys = [f"specimen.{key}" for key in ("gauge_minus", "gauge_plus", "gauge") if hasattr(specimen, key)]
-        raise SceneError(
-            f"{', '.join(keys)}: this band has no faces whose mean jump could be the opening; expected a gauge", *keys[:1]
-        )
+        known, expected = (", ".join(keys), "a gauge") if keys else ("band.where = 'everywhere'", "'path', or a kind with a gauge")
+        text = f"{known}: this band has no faces whose mean jump could be the opening; expected {expected}"
+        raise SceneError(text, (keys or ["band.where"])[0])
     return {
         name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
         for name, unit in zip(("opening", "sliding"), np.eye(mesh.dimension), strict=False)
