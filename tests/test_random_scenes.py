@@ -67,7 +67,9 @@ def test_a_run_repeats_to_the_last_bit(seed: int) -> None:
             np.testing.assert_array_equal(one[name], other[name])
 
 
-@pytest.mark.parametrize("seed", [92003, *(pytest.param(each, marks=pytest.mark.long) for each in (92002, 92004, 92006, 92008, 92019))])
+@pytest.mark.parametrize(
+    "seed", [92003, *(pytest.param(each, marks=pytest.mark.long) for each in (92002, 92004, 92006, 92008, 92019))]
+)
 def test_twins_follow_from_a_scene(seed: int) -> None:
     """Other units and another thickness keep every bit; in a mirror sums round otherwise, which a snap would blow up."""
     for name, found in (twin_differences(seed) or {}).items():

@@ -158,7 +158,7 @@ class Condensed:
         ValueError
             If the passive part is singular: the body is not held.
         """
-        unit = 2.0 ** np.frexp(K.diagonal().max(initial=0.0))[1]  # so that twice the stiffness gives twice the result, bit by bit
+        unit = 2.0 ** np.frexp(K.diagonal().max(initial=0.0))[1]  # twice the stiffness gives twice the result, bit by bit
         K = K / unit
         eliminated, complements = _eliminate(K, tree)
         passive, first = np.setdiff1d(np.arange(basis.shape[1]), active), tree.start[-1]
