@@ -37,6 +37,9 @@ _GROUPED = 0.9
 _HEADING = 200
 
 _COMMENT = ("#", "%", "//")
+
+#: what a spreadsheet writes into a cell whose formula fails: no comment, though the row may begin with it
+_FAILED = ("#N/A", "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!")
 _LETTER = re.compile(r"[^\W\d_]")
 
 
@@ -191,7 +194,7 @@ def parse_tables(text: str) -> list[TextTable]:
     """
     lines = text.replace("\r\n", "\n").replace("\r", "\n").replace("\xa0", " ").replace("\u202f", " ").split("\n")
     full = [i for i, line in enumerate(lines) if line.strip(" \t;,")]
-    data = [i for i in full if not lines[i].lstrip().startswith(_COMMENT)]
+    data = [i for i in full if not lines[i].lstrip().startswith(_COMMENT) or lines[i].lstrip().startswith(_FAILED)]
     if not data:
         raise TableError("is empty")
     if long := [i for i in data if len(lines[i]) > _LONGEST]:

@@ -197,6 +197,16 @@ def test_what_runs_back_is_left_out_and_said(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("failed", ["#N/A", "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?"])
+def test_what_a_spreadsheet_writes_for_a_failed_cell_is_no_comment(failed: str, tmp_path: Path) -> None:
+    """A row that began with it parted its table in two specimens, or was lost without a word."""
+    rows = [f"{10 * i},{0.01 * i:.2f}" for i in range(20)]
+    rows[12] = f"{failed},0.12"
+    measured = curve(tmp_path, "load [N],driven [mm]\n" + "\n".join(rows) + "\n")
+    assert len(measured.x) == 19
+    assert f"the first is line 14, column 1 (load): '{failed}' is no value" in measured.notes[-1]
+
+
 def a_million(write: Callable[[float, float], str]) -> str:
     x = np.linspace(0.0, 1.0, 10**5)  # repeated ten times: the file is what takes time, not its making
     return "".join(write(a, b) for a, b in zip(x, np.exp(-x), strict=True)) * 10
