@@ -63,7 +63,7 @@ def random_scene(seed: int, extreme: bool = False, small: bool = False) -> Scene
     if base.specimen.dimensions == (3,):  # no plane body
         del data["model"]["plane"]
     shape = "triangle" if base.kind == "single-crack-3d" else str(rng.choice(["triangle", "quad"]))
-    order = 1 if solid else int(rng.choice([1, 1, 2]))
+    order = 1 if solid else int(rng.choice([1, 2, 2]))
     length = base.crack_area**0.5 if solid else base.crack_area / (base.specimen.thickness or 1.0)
     size = length / rng.uniform(4.0, 6.0 if solid or small else 12.0)
     data["mesh"] = {"crack_size": size, "far_size": size * rng.uniform(2.0, 5.0), "shape": shape, "order": order}
@@ -166,11 +166,10 @@ def difference(seed: int) -> float | None:
 
 
 def twins(scene: Scene) -> dict[str, Twin]:
-    """The twins of a scene by name. Units change by powers of four, of which a Cholesky factor takes whole roots: every bit of
-    the numbers stays."""
-    found = {"scaled": scaled(scene, 4.0, 2.0)}
+    """The twins of a scene by name. Powers of two keep every bit of the numbers."""
+    found = {"scaled": scaled(scene, 2.0, 2.0)}
     if scene.dimension == 2:
-        found |= {"thicker": thicker(scene, 4.0), "mirrored": mirrored(scene)}
+        found |= {"thicker": thicker(scene, 2.0), "mirrored": mirrored(scene)}
     return found
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from cohesive import run
 from tests.random_scenes import difference, outcome, random_scene, table, twin_differences, with_steps
+from tests.twins import scaled
 
 #: two take as long as all the others: they are pushed shut with printed contact, or beyond where they began
 QUICK = [seed for seed in range(62) if seed not in (35, 37)]
@@ -66,11 +67,22 @@ def test_a_run_repeats_to_the_last_bit(seed: int) -> None:
             np.testing.assert_array_equal(one[name], other[name])
 
 
-@pytest.mark.parametrize("seed", [92003, *(pytest.param(each, marks=pytest.mark.long) for each in (92002, 92006, 92008))])
+@pytest.mark.parametrize(
+    "seed", [92003, *(pytest.param(each, marks=pytest.mark.long) for each in (92002, 92004, 92006, 92008, 92019))]
+)
 def test_twins_follow_from_a_scene(seed: int) -> None:
     """Other units and another thickness keep every bit; in a mirror sums round otherwise, which a snap would blow up."""
     for name, found in (twin_differences(seed) or {}).items():
         assert found <= (1e-8 if name == "mirrored" else 0.0), name
+
+
+@pytest.mark.parametrize("length, stress", [(2.0, 1.0), (1.0, 8.0), (512.0, 0.5)])
+@pytest.mark.parametrize("condensation", ["always", "never"])
+def test_units_change_no_bit(condensation: str, length: float, stress: float) -> None:
+    """The bulk is condensed over a power of two, for the root of 2 is not a whole one."""
+    scene = random_scene(92003, small=True).with_(**{"solver.condensation": condensation})
+    twin = scaled(scene, length, stress)
+    assert twin.difference(run(scene).history, run(twin.scene).history) == 0.0
 
 
 @pytest.mark.slow

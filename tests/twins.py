@@ -72,7 +72,7 @@ def scaled(scene: Scene, length: float, stress: float) -> Twin:
             if unit and value is not None:
                 data[name][each.name] = _times(value, by(unit))
     material = scene.material
-    data["material"].setdefault("h", material.h * by("mm"))
+    data["material"] = {"h": material.h * by("mm")} | data["material"] | {"unusual": True}
     for table, key in (("mesh", "crack_size"), ("mesh", "far_size"), ("interface", "width"), ("band", "width")):
         if key in data.get(table, {}):
             data[table][key] *= by("mm")
@@ -155,6 +155,8 @@ def _mirrored_place(each: Any) -> Any:
 
 def _mirrored_mesh(mesh: meshio.Mesh) -> meshio.Mesh:
     mesh.points = mesh.points * [-1.0, 1.0]
+    if "closed" in mesh.point_data:
+        mesh.point_data["closed"] = mesh.point_data["closed"] * [-1.0, 1.0]
     for block in mesh.cells:
         block.data = block.data[:, _TURNED.get(block.type, list(CELLS[block.type].flip))]
     return mesh

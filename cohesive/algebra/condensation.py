@@ -158,12 +158,15 @@ class Condensed:
         ValueError
             If the passive part is singular: the body is not held.
         """
+        unit = 2.0 ** np.frexp(K.diagonal().max(initial=0.0))[1]  # twice the stiffness gives twice the result, bit by bit
+        K = K / unit
         eliminated, complements = _eliminate(K, tree)
         passive, first = np.setdiff1d(np.arange(basis.shape[1]), active), tree.start[-1]
         ordered = basis.tocsc()[:, np.append(passive, active)]
         blocks = _expressed(K[first:, first:], complements, ordered, len(passive))
         del complements  # and their memory
         last, stiffness = _Eliminated.from_front(*blocks)
+        stiffness *= unit
         return cls(_symmetric(stiffness), tree, eliminated, last, basis, passive, active)
 
     def recover(self, v: Array) -> Array:

@@ -35,6 +35,9 @@ def one_block(texts: Mapping[str, str], sheet: str | int | None, block: str | in
         If there is none of this name, or if nothing says which of several is meant.
     """
     tables, notes = _of_sheet(texts, sheet)
+    if below := tables[-1].below:
+        first = reprlib.repr(below[0].strip())
+        notes.append(f"{len(below)} line(s) below its rows are text, from {first} on, and are left out")
     tables, joined = _joined(tables)
     notes += joined
     own = _distinct([name_in(table.above, table.dialect)[0] for table in tables]) if len(tables) > 1 else [""] * len(tables)

@@ -37,6 +37,9 @@ _GROUPED = 0.9
 _HEADING = 200
 
 _COMMENT = ("#", "%", "//")
+
+#: what a spreadsheet writes into a cell whose formula fails: no comment, though the row may begin with it
+_FAILED = ("#N/A", "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!")
 _LETTER = re.compile(r"[^\W\d_]")
 
 
@@ -54,6 +57,7 @@ class TextTable:
     dialect : how they are written
     groups : what stands over the title of each column, if several columns share it; empty if nothing does
     above : the lines above its titles
+    below : lines of text after the last table
     """
 
     titles: Sequence[str]
@@ -64,6 +68,7 @@ class TextTable:
     dialect: Dialect
     groups: Sequence[str] = ()
     above: Sequence[str] = ()
+    below: Sequence[str] = ()
 
     @property
     def has_titles(self) -> bool:
@@ -191,13 +196,17 @@ def parse_tables(text: str) -> list[TextTable]:
     """
     lines = text.replace("\r\n", "\n").replace("\r", "\n").replace("\xa0", " ").replace("\u202f", " ").split("\n")
     full = [i for i, line in enumerate(lines) if line.strip(" \t;,")]
-    data = [i for i in full if not lines[i].lstrip().startswith(_COMMENT)]
+    data = [i for i in full if not lines[i].lstrip().startswith(_COMMENT) or lines[i].lstrip().startswith(_FAILED)]
     if not data:
         raise TableError("is empty")
     if long := [i for i in data if len(lines[i]) > _LONGEST]:
         raise TableError(f"line {long[0] + 1}: it has {len(lines[long[0]])} characters; expected at most {_LONGEST}")
     dialect = _dialect(lines, data)
     start = _first_row(lines, data, dialect)
+    end = len(data)
+    while end > start + 2 and _is_text(dialect.fields(lines[data[end - 1]]), dialect):
+        end -= 1
+    below, data = [lines[i] for i in data[end:]], data[:end]
     parts = _parts(lines, data[start:], dialect)
     tables: list[TextTable] = []
     after = -1
@@ -212,7 +221,13 @@ def parse_tables(text: str) -> list[TextTable]:
         above = [lines[i] for i in heading]
         tables.append(TextTable(titles, headings, units, texts, np.array(rows) + 1, dialect, groups, above))
         after = rows[-1]
+    tables[-1] = replace(tables[-1], below=below)
     return tables
+
+
+def _is_text(fields: Sequence[str], dialect: Dialect) -> bool:
+    """Whether a line is no row, not even one whose values are all lost."""
+    return not any(dialect.is_number(field) or is_lost(field) for field in filter(None, fields))
 
 
 def _between(lines: Sequence[str], after: int, before: int) -> list[int]:

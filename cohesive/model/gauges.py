@@ -49,9 +49,10 @@ def measures(specimen: Specimen, gauges: Mapping[str, Gauge], mesh: CrackedMesh,
 def _mean_jump(specimen: Specimen, mesh: CrackedMesh, faces: Interface | None) -> dict[str, Array]:
     if faces is None:
         keys = [f"specimen.{key}" for key in ("gauge_minus", "gauge_plus", "gauge") if hasattr(specimen, key)]
-        raise SceneError(
-            f"{', '.join(keys)}: this band has no faces whose mean jump could be the opening; expected a gauge", *keys[:1]
-        )
+        why = "this band has no faces whose mean jump could be the opening; expected"
+        if not keys:
+            raise SceneError.at("band.where", f" = 'everywhere': {why} 'path', or a kind with a gauge")
+        raise SceneError(f"{', '.join(keys)}: {why} a gauge", keys[0])
     return {
         name: faces.jump_operator.T @ np.kron(faces.weights / faces.area, unit)
         for name, unit in zip(("opening", "sliding"), np.eye(mesh.dimension), strict=False)
@@ -102,10 +103,11 @@ def _row(mesh: CrackedMesh, plus: Index, minus: Index, direction: Array, sign: f
 
 
 def _sides(mesh: CrackedMesh, nodes: Index, direction: Array) -> tuple[Index, Index]:
-    """The nodes whose elements lie along a direction (unit vector), and those whose elements lie against it."""
+    """The nodes whose elements lie along a direction (unit vector), and those whose elements lie against it; those of a row
+    lie between the sides."""
     nodes = np.unique(nodes)
     lean, size = np.zeros(len(nodes)), np.zeros(len(nodes))
-    for block in mesh.bulk:
+    for block in mesh.bulk if mesh.is_row else [*mesh.bulk, *mesh.band]:
         cell, column = np.nonzero(np.isin(block.data, nodes))
         at = np.searchsorted(nodes, block.data[cell, column])
         away = (mesh.points[block.data[cell]].mean(axis=1) - mesh.points[nodes[at]]) @ direction

@@ -145,6 +145,9 @@ class Checkpoint:
             check_fits(Problem, data["problem"])
             if data["path"] is not None:
                 check_fits(TargetPath, {name: data["path"][name] for name in TargetPath.moving})
+                control = stepper.stages[data["_number"] - 1].control
+                if data["path"]["_has_begun"] and control not in data["_slack"]:
+                    raise ValueError(f"its path to a target says not by how much {control} may miss it")
             stepper.go_on_from(data)
         except (IndexError, AttributeError, KeyError, ValueError, TypeError) as error:
             raise _refused(self.path, error) from None

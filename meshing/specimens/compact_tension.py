@@ -36,7 +36,7 @@ class CompactTension(PlaneSpecimen):
     height: float = key("diameter of the disk, or height of the rectangle", 150.0, unit="mm", above=0)
     pins: float = key("distance between the centres of the pins", 50.0, unit="mm", above=0)
     notch_width: float = key("width of the notch; 0: a slit without width", 0.0, unit="mm", at_least=0)
-    crack: Any = key("polyline (or list of polylines) of the crack; default: from the notch tip straight on", None)
+    crack: Any = key("polyline (or list of polylines) of the crack; default: from the notch tip straight on", None, unit="mm")
 
     def __post_init__(self) -> None:
         super().__post_init__()

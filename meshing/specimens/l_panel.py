@@ -40,7 +40,7 @@ class LPanel(PlaneSpecimen):
         below=45,
     )
     stiffness: float | None = key("of the support against the lifting; None: it does not give way", None, unit="N/mm", above=0)
-    crack: Any = key("polyline (or list of polylines) of the crack, instead of angle", None)
+    crack: Any = key("polyline (or list of polylines) of the crack, instead of angle", None, unit="mm")
 
     def __post_init__(self) -> None:
         super().__post_init__()

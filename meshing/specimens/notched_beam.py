@@ -41,7 +41,7 @@ class NotchedBeam(PlaneSpecimen):
         unit="mm",
         at_least=0,
     )
-    crack: Any = key("polyline (or list of polylines) of the crack; default: from the notch tip straight up", None)
+    crack: Any = key("polyline (or list of polylines) of the crack; default: from the notch tip straight up", None, unit="mm")
 
     def __post_init__(self) -> None:
         super().__post_init__()

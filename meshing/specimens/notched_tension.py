@@ -42,7 +42,7 @@ class NotchedTension(PlaneSpecimen):
         "fixed",
         one_of=("fixed", "hinged"),
     )
-    crack: Any = key("polyline (or list of polylines) of the crack; default: straight through the ligament", None)
+    crack: Any = key("polyline (or list of polylines) of the crack; default: straight through the ligament", None, unit="mm")
 
     def __post_init__(self) -> None:
         super().__post_init__()

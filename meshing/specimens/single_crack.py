@@ -45,7 +45,7 @@ class SingleCrack(PlaneSpecimen):
         unit="mm",
         at_least=0,
     )
-    crack: Any = key("polyline (or list of polylines) in the block's axes, instead of angle and crack_length", None)
+    crack: Any = key("polyline (or list of polylines) in the block's axes, instead of angle and crack_length", None, unit="mm")
 
     dimensions: ClassVar[tuple[int, ...]] = (2,)
 

@@ -195,6 +195,30 @@ def test_what_runs_back_is_left_out_and_said(tmp_path: Path) -> None:
     assert measured.notes == ("driven runs back in 2 of its 5 rows, in 1 unloading(s) by up to 0.05 mm, which are left out",)
 
 
+@pytest.mark.parametrize("failed", ["#N/A", "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?"])
+def test_what_a_spreadsheet_writes_for_a_failed_cell_is_no_comment(failed: str, tmp_path: Path) -> None:
+    """A row that began with it parted its table in two specimens, or was lost without a word."""
+    rows = [f"{10 * i},{0.01 * i:.2f}" for i in range(20)]
+    rows[12] = f"{failed},0.12"
+    measured = curve(tmp_path, "load [N],driven [mm]\n" + "\n".join(rows) + "\n")
+    assert len(measured.x) == 19
+    assert f"the first is line 14, column 1 (load): '{failed}' is no value" in measured.notes[-1]
+
+
+@pytest.mark.parametrize("foot", ["End of test", "end,of test", "Peak 290 N", "End\nOperator: A. B.", "load [N],driven [mm]"])
+def test_text_below_the_rows_is_left_out_and_said(foot: str, tmp_path: Path) -> None:
+    rows = "".join(f"{10 * i},{0.01 * i:.2f}\n" for i in range(20))
+    measured = curve(tmp_path, f"load [N],driven [mm]\n{rows}{foot}\n")
+    assert len(measured.x) == 20
+    first, *more = foot.split("\n")
+    assert measured.notes == (f"{1 + len(more)} line(s) below its rows are text, from {first!r} on, and are left out",)
+
+
+def test_a_wrong_last_row_is_no_text(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"line 4, column 1 .*: 'Peak' is no number"):
+        curve(tmp_path, "load [N],driven [mm]\n0,0\n10,0.01\nPeak,0.01\n")
+
+
 def a_million(write: Callable[[float, float], str]) -> str:
     x = np.linspace(0.0, 1.0, 10**5)  # repeated ten times: the file is what takes time, not its making
     return "".join(write(a, b) for a, b in zip(x, np.exp(-x), strict=True)) * 10

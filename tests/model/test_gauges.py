@@ -140,3 +140,10 @@ def test_the_compliance_of_an_open_crack_is_that_of_the_handbook() -> None:
         alpha = a / 50.0
         v = 0.76 - 2.28 * alpha + 3.87 * alpha**2 - 2.04 * alpha**3 + 0.66 / (1 - alpha) ** 2
         assert 1.0 / x**2 == pytest.approx(24.0 * a / (37000.0 * 50.0 * 50.0) * v, rel=0.03)
+
+
+def test_a_slit_has_two_sides_if_cracks_may_form_everywhere() -> None:
+    scene = Scene.load("compact-tension").with_(**{"model.kind": "smeared", "mesh.crack_size": 9.0})
+    measures = build(scene.with_(**{"band.where": "everywhere"})).problem.measures
+    assert {"opening", "cmod"} <= set(measures) and "ctod" not in measures  # at the tip there is one node
+    assert measures["cmod"].max() == pytest.approx(1.0) and measures["cmod"].sum() == pytest.approx(0.0, abs=1e-12)

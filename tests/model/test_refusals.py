@@ -60,6 +60,11 @@ def test_a_band_has_no_width_of_its_own_where_its_elements_give_it() -> None:
         block(band__width=2.0, band__where="everywhere")
 
 
+def test_a_kind_without_a_gauge_names_the_band() -> None:
+    panel = Scene.load("sandwich-panel").with_(**{"model.kind": "smeared", "band.where": "everywhere"})
+    assert_refused(panel, r"^band.where = 'everywhere': this band has no faces .* expected 'path', or a kind with a gauge")
+
+
 def test_what_has_no_meaning_in_3d_is_refused() -> None:
     single, extruded = Scene.load("single-crack-3d"), Scene.load("notched-beam-3d")
     for scene, changes, message in (

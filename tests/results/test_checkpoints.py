@@ -224,6 +224,7 @@ def _records(rows: Any, stood: dict[str, Any]) -> Iterator[Any]:
     for key in stood["path"]:
         yield rows, stood | {"path": stood["path"] | {key: ["x"]}}
     yield rows, stood | {"_number": 99}
+    yield rows, stood | {"_slack": {}}
     yield rows, stood | {"_state": short}
     yield rows, stood | {"_state": replace(state, v=state.v.astype(str))}
     yield rows, stood | {"_state": replace(state, load="x")}

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import json
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from cohesive import Scene, SceneError, run
 from cohesive.commands.command_line import main
+from cohesive.results.archive import packed, unpacked
+from cohesive.results.checkpoints import NAME
+from cohesive.solver.stepper import EVERY
 from meshing import MeshError
 from meshing.files.geo import read_outline
 from meshing.files.geo_script import Refused, harmless
@@ -154,6 +160,30 @@ def test_no_command_runs_a_script_unasked(command: str, tmp_path: Path, capsys: 
     source = folder_with(tmp_path, NAMED + f'SystemCall "touch {canary}";')
     more = ["--vary", "material.ft=2:3:2"] if command == "sweep" else []
     assert main([command, str(source), *more]) == 2
+    assert "line 5, 'SystemCall" in capsys.readouterr().err
+    assert not canary.exists()
+
+
+def test_a_folder_that_somebody_sent_runs_no_script(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its scene names one: in scene.toml, which `report` reads, and in its checkpoint, from which `run --resume` goes on."""
+    canary, sent = tmp_path / "canary", tmp_path / "sent"
+    source = folder_with(tmp_path, NAMED)
+    kept: list[bytes] = []
+
+    def on_step(*_: object) -> None:
+        if (sent / NAME).is_file():
+            kept.append((sent / NAME).read_bytes())
+
+    run(Scene.load(source).with_(**{"stage.0.steps": 2 * EVERY}), output=sent, on_step=on_step).save(sent)
+    folder_with(sent, NAMED + f'SystemCall "touch {canary}";')
+    (sent / "scene.toml").write_text((sent / "plate.toml").read_text())
+    assert main(["report", str(sent)]) == 2
+    assert "line 5, 'SystemCall" in capsys.readouterr().err
+    with_script = tomllib.loads((sent / "plate.toml").read_text())
+    file = io.BytesIO(kept[-1])
+    forged = unpacked(file) | {"scene": json.dumps(with_script), "folder": str(sent)}
+    (sent / NAME).write_bytes(packed(forged) + file.read())
+    assert main(["run", "--resume", str(sent)]) == 2
     assert "line 5, 'SystemCall" in capsys.readouterr().err
     assert not canary.exists()
 
