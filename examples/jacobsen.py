@@ -95,12 +95,12 @@ def mixed_mode(result: Result) -> Run:
     )  # fmt: skip
 
 
-def main(size: float = 2.0, openings: Sequence[float] = OPENINGS, plot: Path | None = None) -> dict[str, float]:
+def main(size: float = 3.0, openings: Sequence[float] = OPENINGS, plot: Path | None = None) -> dict[str, float]:
     """Run the plate for all openings, models and platens; print and return the numbers.
 
     Parameters
     ----------
-    size : element size along the crack, mm; in the band its width.
+    size : element size along the crack, mm.
     openings : un0, mm.
     plot : file for the figure.
     """

@@ -24,7 +24,7 @@ from cohesive import Result, Scene, run
 from cohesive.figures.drawing import draw_reference, new_figure, save
 from examples.command import command
 
-WIDTHS = ("h", 10.0, 2.0, 0.25)
+WIDTHS = ("h", 10.0, 2.0, 0.0625)
 EARLY = 0.005  # mm, the first measured point
 
 
