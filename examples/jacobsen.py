@@ -85,7 +85,7 @@ def point_peak(concrete: Concrete, width: float, un0: float) -> float:
 def mixed_mode(result: Result) -> Run:
     """The second stage of a run."""
     h = result.history
-    start = int(np.flatnonzero(h["opening"] >= result.scene.stages[0].targets[0] * (1 - 1e-6))[0])
+    start = int(np.flatnonzero(h["opening"] >= result.scene.stages[0].targets[-1] * (1 - 1e-6))[0])
     cracks = [result.fields.cell_values(row) for row in range(len(h["step"]))]
     path = np.array([[c["opening"].mean(), c["sliding"].mean()] for c in cracks])
     now = slice(start, None)

@@ -67,7 +67,7 @@ def beam(E: float, size: float) -> Scene:
 def judged(result: Result, against: str) -> Agreement:
     """How far a run lies from the measured curve in one reading."""
     assert result.reference is not None
-    return agreements(replace(result.reference, against=against), result.history)[0]
+    return agreements(replace(result.reference, against=against), result.history, result.peak_load)[0]
 
 
 def slope(x: Array, load: Array, between: Array) -> float:
