@@ -103,9 +103,10 @@ def _draw(results: dict[str, Result], path: Path) -> None:
     beam.plot(h["deflection"], h["load"], label="deflection against the yoke")
     beam.plot(h["cmod"], h["load"], "C1--", label="CMOD")
     beam.set(title="petersson", xlabel="motion (mm)", ylabel="load (N)", xlim=(0.0, 2.0))
+    support = results["l-panel"].scene.specimen.stiffness / 1e3  # type: ignore[attr-defined]
     for name, style in (("stiff", "C0--"), ("l-panel", "C0")):
         h = results[name].history
-        label = "stiff foundation" if name == "stiff" else "support of 105 kN/mm"
+        label = "stiff foundation" if name == "stiff" else f"support of {support:.0f} kN/mm"
         panel.plot(h["driven"], h["load"] / 1e3, style, label=label)
     panel.plot([0.0, PEAK / SLOPE], [0.0, PEAK / 1e3], "0.5", linewidth=0.8, label="measured slope, 40 kN/mm")
     panel.plot([PEAK_AT], [PEAK / 1e3], "ko", markersize=4, label="measured peak")
