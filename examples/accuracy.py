@@ -10,7 +10,7 @@ errors of 5, 1 and 0.2 % are asked for, and what they turn out to be is measured
 The error is the largest of those in peak, energy (area under load over opening) and curve (area between the curves over the
 area under them), each relative.
 
-Expected: peaks and dissipated energies of the nine scenes within 0.2 %, loads on the way within 1 % of the peak; no promise
+Expected: peaks and dissipated energies of the nine scenes within 0.3 %, loads on the way within 1 % of the peak; no promise
 broken, and costs that grow with the accuracy.
 
     python -m examples.accuracy [-o DIR]
