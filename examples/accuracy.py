@@ -3,9 +3,10 @@
 First nine built-in scenes as they are, in both models, against the discrete model with elements of second order of a third
 of the size and four times the steps.
 
-Then settings for an accuracy, checked on a beam that was not used to choose them. `cohesive trade notched-beam` has measured which settings of the built-in beam reach which accuracy at which cost. Here its
-table chooses for a beam of twice the size in every in-plane dimension, meshed as it comes when the small one is doubled:
-errors of 5, 1 and 0.2 % are asked for, and what they turn out to be is measured against a run that is finer than all of them.
+Then settings for an accuracy, checked on a beam that was not used to choose them. `cohesive trade notched-beam` has
+measured which settings of the built-in beam reach which accuracy at which cost. Here its table chooses for a beam of twice
+the size in every in-plane dimension, meshed as it comes when the small one is doubled: errors of 5, 1 and 0.2 % are asked
+for, and what they turn out to be is measured against a run that is finer than all of them.
 
 The error is the largest of those in peak, energy (area under load over opening) and curve (area between the curves over the
 area under them), each relative.

@@ -5,8 +5,8 @@ test. All of them bend their ligament, and differ in what is measured: deflectio
 
 Expected: the work to separate Petersson's beam is Gf B (D - a) within 1 %. In the end both halves rotate about the top of the
 ligament, where one point of the crack never opens; on elements of 4 mm its share is 2 %, so that by default the last of them
-is divided. On a stiff foundation the L panel rises with 61 kN/mm where 40 were measured, so that its support must give way. The
-effective crack is shorter than where the cohesive zone ends: tractions hold its faces together.
+is divided. On a stiff foundation the L panel rises with 61 kN/mm where 40 were measured, so that its support must give way.
+The effective crack is shorter than where the cohesive zone ends: tractions hold its faces together.
 
     python -m examples.laboratory [-o DIR]
 """
