@@ -70,10 +70,7 @@ def main(sizes: tuple[float, ...] = (100.0, 50.0, 25.0), plot: Path | None = Non
     scene = Scene.load("sandwich-panel").with_(**{"output.frames": 0})
     smeared = scene.with_(**{"model.kind": "smeared"})
     bands = {
-        scaling: [
-            curves(smeared.with_(**dict.fromkeys(SIZES, h), **{"material.shear_scaling": scaling}))
-            for h in sizes
-        ]
+        scaling: [curves(smeared.with_(**dict.fromkeys(SIZES, h), **{"material.shear_scaling": scaling})) for h in sizes]
         for scaling in (True, False)
     }
     discrete = curves(scene)
