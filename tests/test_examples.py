@@ -147,7 +147,7 @@ def test_crack_that_bends(tmp_path: Path) -> None:
     assert abs(bent.sliding).max() > 0.1 * bent.opening.max()
     for crack in cracks.values():  # two rigid parts about a hinge; near it the hinge's own place matters
         wide = crack.opening > 0.5 * crack.opening.max()
-        np.testing.assert_allclose((crack.sliding / np.maximum(crack.opening, 1e-9))[wide], crack.kinematic[wide], atol=0.04)
+        np.testing.assert_allclose((crack.sliding / np.maximum(crack.opening, 1e-9))[wide], crack.kinematic[wide], atol=0.05)
         assert crack.balance < 5e-3
     assert is_drawn(tmp_path / "bent.png")
 
