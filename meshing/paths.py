@@ -17,10 +17,6 @@ Line = Sequence[Point]
 #: points nearer than this part of the size of the body are one
 SLACK = 1e-6
 
-#: half a band by rule is a tenth of an element: it moves the nodes of a path that leans so along it by less than a sixteenth,
-#: the last part of a divided element
-_LEAN = 0.45
-
 
 def segment_lengths(lines: Iterable[Line]) -> list[float]:
     """Length of each segment of some polylines."""
@@ -89,13 +85,6 @@ def along_paths(points: Array, lines: Sequence[Line]) -> Array:
 def distance_to(point: Point, lines: Iterable[Line]) -> float:
     """Distance of a point from the nearest of some polylines, mm; infinite without one."""
     return float(_nearest(np.array([point], dtype=float), lines)[0][0])
-
-
-def ends_upright(path: Line, corners: Line) -> bool:
-    """Whether a path ends at right angles to the face of a body, within the angle whose sine is `_LEAN`."""
-    before, at = np.asarray(path[-2:], dtype=float)
-    start, end = np.asarray(min(pairwise([*corners, corners[0]]), key=lambda face: distance_to(path[-1], [face])), dtype=float)
-    return bool(abs((at - before) @ (end - start)) < _LEAN * np.hypot(*(at - before)) * np.hypot(*(end - start)))
 
 
 def _nearest(points: Array, lines: Iterable[Line]) -> tuple[Array, Array]:

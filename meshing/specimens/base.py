@@ -19,7 +19,7 @@ from ..generation.outline import Outline
 from ..generation.polygon import mesh_body, mesh_polygon
 from ..generation.sizes import SHAPES, MeshSizes, expected_cells
 from ..keys import check_keys
-from ..paths import Line, Point, ends_upright, segment_lengths
+from ..paths import Line, Point, segment_lengths
 from ..paths import path_length as length_of_path
 
 #: name of a point set of the mesh, or a point that is a node
@@ -311,10 +311,8 @@ class PlaneSpecimen(Specimen):
 
     @property
     def hinges(self) -> Sequence[Point]:
-        """The end of a crack path that goes on from one notch through the ligament: in the end the halves rotate about it.
-        None if it leans at the face: the short elements there would turn over in a band."""
-        is_through = self.notch_depth is not None and ends_upright(self.paths[0], self.outline().corners)
-        return [self.paths[0][-1]] if is_through else []
+        """The end of a crack path that goes on from one notch through the ligament: in the end the halves rotate about it."""
+        return [] if self.notch_depth is None else [self.paths[0][-1]]
 
     def is_off_the_notch(self) -> bool:
         """Whether there are notches, and no crack path begins or ends in one."""
