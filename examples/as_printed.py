@@ -130,7 +130,7 @@ def main(
           + ", ".join(f"{u:g}" for u in OPENINGS) + " mm (MPa)")  # fmt: skip
     for reading in READINGS:
         two, three = (replace(m, **changes(reading, m)) for m in (example2, example3))
-        for label, w2, w3 in (("h", two.h, three.h), ("band", size, size), ("interface", 0.5, 0.4)):
+        for label, w2, w3 in (("h", two.h, three.h), ("band", size, size), ("interface", 0.125, 0.1)):
             first, second = mode_one(CrackPlane(two, w2)), mode_one(CrackPlane(three, w3))
             shear = [point_peak(three, w3, u) for u in OPENINGS]
             numbers |= {f"{reading}, {label}, Example 2: {key}": value for key, value in first.items()}
@@ -152,6 +152,8 @@ def main(
         for example, scene in scenes.items():
             if width == "w = h":
                 scene = scene.with_(**{"interface.width": "h"})
+            if model == "smeared":
+                scene = scene.with_(**{"band.width": size})
             name = f"{example}, {model}{', ' if width else ''}{width}"
             print(name)
             for reading in readings:

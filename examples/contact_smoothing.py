@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from cohesive import Concrete, CrackPlane, Scene, run
 from cohesive.figures.drawing import new_figure, save
+from cohesive.law.widths import default_width
 from cohesive.studies.law_responses import closing
 from examples.command import command
 
@@ -174,7 +175,7 @@ def main(size: float = 15.0, steps: Sequence[int] = (50, 20, 10), plot: Path | N
 
     Parameters
     ----------
-    size : element size along the crack, mm; in the band its width.
+    size : element size along the crack, mm.
     steps : numbers of increments for the sliding of 2 mm.
     plot : file for the figure.
     """
@@ -187,11 +188,12 @@ def main(size: float = 15.0, steps: Sequence[int] = (50, 20, 10), plot: Path | N
         print(f"    c_zn = {c:<4g}{at[0]:9.5f}{at[1]:9.5f}")
         numbers |= {f"c_zn = {c:g}: no stress at": at[0], f"c_zn = {c:g}: -1 MPa at": at[1]}
 
-    interface_width = 1.6  # that of the scene's interface, mm
+    scene = Scene.load("push-off")
+    by_rule = scene.band_width, default_width(scene.crack_length, scene.material)
     cases: dict[str, dict[tuple[int, float], Iterations]] = {}
     for model in ("discrete", "smeared"):
         cases[f"block, {model}"] = {(n, c): block(c, model, size, n) for n in steps for c in CLOSING}
-    for width in (60.0, size, interface_width):
+    for width in (60.0, *by_rule):
         for search in (False, True):
             name = f"point, w = {width:g} mm, {'with' if search else 'no'} line search"
             cases[name] = {(n, c): point(c, width, n, search) for n in steps for c in CLOSING}

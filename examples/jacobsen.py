@@ -85,7 +85,7 @@ def point_peak(concrete: Concrete, width: float, un0: float) -> float:
 def mixed_mode(result: Result) -> Run:
     """The second stage of a run."""
     h = result.history
-    start = int(np.flatnonzero(h["opening"] >= result.scene.stages[0].targets[0] * (1 - 1e-6))[0])
+    start = int(np.flatnonzero(h["opening"] >= result.scene.stages[0].targets[-1] * (1 - 1e-6))[0])
     cracks = [result.fields.cell_values(row) for row in range(len(h["step"]))]
     path = np.array([[c["opening"].mean(), c["sliding"].mean()] for c in cracks])
     now = slice(start, None)
@@ -95,12 +95,12 @@ def mixed_mode(result: Result) -> Run:
     )  # fmt: skip
 
 
-def main(size: float = 2.0, openings: Sequence[float] = OPENINGS, plot: Path | None = None) -> dict[str, float]:
+def main(size: float = 3.0, openings: Sequence[float] = OPENINGS, plot: Path | None = None) -> dict[str, float]:
     """Run the plate for all openings, models and platens; print and return the numbers.
 
     Parameters
     ----------
-    size : element size along the crack, mm; in the band its width.
+    size : element size along the crack, mm.
     openings : un0, mm.
     plot : file for the figure.
     """

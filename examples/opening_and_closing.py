@@ -72,7 +72,7 @@ def main(size: float = 4.0, plot: Path | None = None) -> dict[tuple[str, float],
 
     Parameters
     ----------
-    size : length of the elements on the crack and width of the band, mm.
+    size : length of the elements on the crack, mm.
     plot : file for the figure.
     """
     block = Scene.load("single-crack").with_(

@@ -72,7 +72,7 @@ def main(
 
     Parameters
     ----------
-    size : element size along the crack, mm; in the band its width.
+    size : element size along the crack, mm.
     restraints : stiffnesses of the bars, N/mm.
     steps : increments of the shearing.
     plot : file for the figure.

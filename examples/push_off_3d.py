@@ -58,7 +58,7 @@ def main(size: float = 20.0, steps: int = 50, increments: int = 20, plot: Path |
 
     Parameters
     ----------
-    size : element size along the crack, mm; in the band its width.
+    size : element size along the crack, mm; in the band of the block its width.
     steps : increments of the shearing, for the curves.
     increments : of the shearing, for the iterations.
     plot : file for the figure.

@@ -135,12 +135,12 @@ def plate(size: float, turns: Sequence[float], platens: str = "fixed", kinked: b
     return scene.with_(**{"specimen.crack": KINK}) if kinked else scene
 
 
-def main(size: float = 2.5, turns: Sequence[float] = TURNS, plot: Path | None = None) -> dict[str, float]:
+def main(size: float = 4.0, turns: Sequence[float] = TURNS, plot: Path | None = None) -> dict[str, float]:
     """Run the plate; print and return the numbers.
 
     Parameters
     ----------
-    size : element size along the crack, mm; in the band its width.
+    size : element size along the crack, mm.
     turns : openings at which it unloads, mm.
     plot : file for the figure.
     """

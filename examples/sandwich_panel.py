@@ -25,6 +25,9 @@ from examples.command import command
 
 Array = NDArray[np.float64]
 
+#: what a mesh of bands is made of: square elements as wide as the band
+SIZES = ("mesh.crack_size", "mesh.far_size", "band.width")
+
 
 @dataclass(frozen=True)
 class Curves:
@@ -67,10 +70,7 @@ def main(sizes: tuple[float, ...] = (100.0, 50.0, 25.0), plot: Path | None = Non
     scene = Scene.load("sandwich-panel").with_(**{"output.frames": 0})
     smeared = scene.with_(**{"model.kind": "smeared"})
     bands = {
-        scaling: [
-            curves(smeared.with_(**{"mesh.crack_size": h, "mesh.far_size": h, "material.shear_scaling": scaling}))
-            for h in sizes
-        ]
+        scaling: [curves(smeared.with_(**dict.fromkeys(SIZES, h), **{"material.shear_scaling": scaling})) for h in sizes]
         for scaling in (True, False)
     }
     discrete = curves(scene)

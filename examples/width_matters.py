@@ -5,7 +5,7 @@ element that zone has no thickness, and the bulk beside it is still there: its e
 Gregoire et al. (2013) shows it, on the rising branch first: half its depth is notch, and 60 mm is nearly half its span.
 
 With a small width w the bulk carries the elastic deformation, once, and the jump is what the crack has opened. The rule of
-the package takes the smaller of 1 % of the crack length and 0.4 % of E Gf/ft^2: 0.25 mm here.
+the package takes the smaller of 0.25 % of the crack length and 0.1 % of E Gf/ft^2: 0.0625 mm here.
 
 Expected: about 120 N at an opening of 0.005 mm with w = h, where 366 to 427 N were measured, a lower peak at a larger
 opening, and loads that grow towards the measured band as w falls.
@@ -24,7 +24,7 @@ from cohesive import Result, Scene, run
 from cohesive.figures.drawing import draw_reference, new_figure, save
 from examples.command import command
 
-WIDTHS = ("h", 10.0, 2.0, 0.25)
+WIDTHS = ("h", 10.0, 2.0, 0.0625)
 EARLY = 0.005  # mm, the first measured point
 
 

@@ -148,7 +148,7 @@ def test_crack_that_bends(tmp_path: Path) -> None:
     assert abs(bent.sliding).max() > 0.1 * bent.opening.max()
     for crack in cracks.values():  # two rigid parts about a hinge; near it the hinge's own place matters
         wide = crack.opening > 0.5 * crack.opening.max()
-        np.testing.assert_allclose((crack.sliding / np.maximum(crack.opening, 1e-9))[wide], crack.kinematic[wide], atol=0.04)
+        np.testing.assert_allclose((crack.sliding / np.maximum(crack.opening, 1e-9))[wide], crack.kinematic[wide], atol=0.05)
         assert crack.balance < 5e-3
     assert is_drawn(tmp_path / "bent.png")
 
@@ -215,8 +215,11 @@ def test_found_path(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_accuracy(tmp_path: Path) -> None:
-    as_it_is, *rows = accuracy.main(accuracies=(0.05, 0.01), finest=4.0, plot=tmp_path / "accuracy.png")
-    assert as_it_is.error > 0.005  # or there would be nothing to promise
+    (as_it_is, *rows), off = accuracy.main((0.05, 0.01), 2.0, names=("en-14651",), plot=tmp_path / "accuracy.png")
+    assert as_it_is.error < 0.005
+    for each in off.values():
+        assert max(abs(each.peak), abs(each.dissipated)) < 0.002
+        assert max(abs(each.secant), each.curve) < 0.01 and abs(each.at_peak) < 0.02
     for row in rows:
         assert row.promised <= row.asked
         # the truth of this test is half as fine as that of the example, and known to 0.1 %
@@ -284,7 +287,7 @@ def test_specimens_of_laboratories(tmp_path: Path) -> None:
     measured, with parameters that are fitted to them."""
     out = laboratory.main(steps=20, plot=tmp_path / "laboratory.png")
     assert 0.99 < out.work < 1.01
-    assert 60e3 < out.stiff_slope < 70e3 and 9.5e4 < out.support < 1.15e5
+    assert 57e3 < out.stiff_slope < 65e3 and 1.1e5 < out.support < 1.25e5
     assert abs(out.panel_peak / laboratory.PEAK - 1.0) < 0.03 and abs(out.panel_work / laboratory.WORK - 1.0) < 0.03
     assert is_drawn(tmp_path / "laboratory.png")
 

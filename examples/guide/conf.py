@@ -98,7 +98,7 @@ def api() -> str:
 def gallery() -> str:
     """The index of the examples, each with its script and a notebook."""
     text = (HERE.parent / "README.md").read_text(encoding="utf-8").replace("# Examples\n", "# Gallery\n", 1)
-    text = text.replace("](figures/", "](../../figures/")
+    text = text.replace("](figures/", "](../../figures/").replace("](guide/", "](../")
     text = re.sub(r"\[(own_\w+)\]\(\w+\.py\)", lambda m: f"{{download}}`{m[1]}.py <../../{m[1]}.py>`", text)
     text = re.sub(r"\]\((\w+)\.py\)", r"](../../\1.py)", text)
 

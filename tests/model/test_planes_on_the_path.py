@@ -104,3 +104,12 @@ def test_sensitivities_of_a_band_are_those_of_its_runs(planes: str) -> None:
     # a central difference over a thousandth leaves a millionth (measured: 9e-8), or if a plane forms at one ft only 5e-5
     left = 1e-6 if planes == "path" else 1e-3
     np.testing.assert_allclose(moved, (high - low) / (0.002 * ft), rtol=0.0, atol=left * abs(moved).max())
+
+
+@pytest.mark.parametrize("lean", [15.0, 40.0, 60.0])
+def test_a_band_by_rule_fits_a_path_that_leans_at_the_face(lean: float) -> None:
+    """Its last element is divided, but not so often that the band turns the parts over."""
+    end = 20.0 - 12.0 * math.tan(math.radians(lean))
+    path = {"specimen.notch_position": 20.0, "specimen.crack": [[20.0, 25.0], [20.0, 38.0], [end, 50.0]]}
+    both = compared("notched-beam", **path, **{"stage.0.steps": 20, "output.frames": 0})
+    assert abs(differences(both)["peak"]) < 0.01

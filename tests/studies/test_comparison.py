@@ -151,10 +151,10 @@ def fine_beam(**changes: object) -> tuple[float, float]:
 @pytest.mark.long
 def test_points_off_the_centre_line_lock_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
     """With planes on the path the energy of wide elements, across the principal stress peak and energy of narrow ones too."""
-    wide, principal = {"mesh.crack_size": 5.0}, {"band.planes": "principal"}
+    wide, principal = {"mesh.crack_size": 5.0, "band.width": 5.0}, {"band.planes": "principal"}
     (_, energy), (peak, _) = fine_beam(**wide), fine_beam(**principal)
     monkeypatch.setattr("cohesive.model.band.centre_rule", lambda kind: ELEMENTS["quad"].rule)
-    assert fine_beam(**wide)[1] > 1.05 * energy
+    assert fine_beam(**wide)[1] > 1.02 * energy
     assert fine_beam(**principal)[0] > 1.03 * peak
 
 
