@@ -158,7 +158,8 @@ def size_field(
     size = field.add("MathEval")
     expression = f"Min({far!r}, {near!r} + {growth} * {distance})"
     for x, y in hinges:
-        expression = f"Min({expression}, {near * LAST_AT_HINGE!r} + {GROWTH_AT_HINGE} * Sqrt((x - {x!r})^2 + (y - {y!r})^2))"
+        squares = f"(x - ({float(x)!r}))^2 + (y - ({float(y)!r}))^2"  # gmsh has no word for "x - -1" and ends the process
+        expression = f"Min({expression}, {near * LAST_AT_HINGE!r} + {GROWTH_AT_HINGE} * Sqrt({squares}))"
     field.setString(size, "F", expression)
     field.setAsBackgroundMesh(size)
     for extra in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):

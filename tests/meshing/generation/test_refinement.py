@@ -105,3 +105,14 @@ def test_a_face_that_is_divided_keeps_its_path(soon):
     near = np.hypot(*(mesh.points - (25.0, 25.0)).T) < 2.0
     far = mesh.points[:, 0] > 50.0
     assert near.sum() / (np.pi * 4.0) > 5 * far.sum() / 400.0
+
+
+@pytest.mark.parametrize("hinge", [(24.0, 40.0), (-24.0, 40.0), (-24.0, -40.0), (-1e-16, 40.0)])
+def test_the_size_at_a_hinge_is_the_same_wherever_the_body_lies(hinge):
+    """A negative coordinate, or one that rounding has left, is a number for gmsh too, which ended the process for `x - -24`."""
+    x, y = hinge[0] - 24.0, hinge[1] - 40.0
+    corners = [(x, y), (60.0 + x, y), (60.0 + x, 40.0 + y), (x, 40.0 + y)]
+    plate = Outline(corners, [[(20.0 + x, 10.0 + y), hinge]], [[(20.0 + x, y), (20.0 + x, 10.0 + y)]], hinges=[hinge])
+    mesh = mesh_polygon(plate, MeshSizes(2.0, 8.0, "triangle", 1))
+    distance = np.sort(np.hypot(*(mesh.points - hinge).T))
+    assert distance[distance > 1e-9][0] < 0.5 and abs(area(mesh.points, mesh.cells[0].data).sum() - 2400.0) < 1e-6
