@@ -234,7 +234,7 @@ def _straight_crack(data: RunData, place: Array, across: Array, slack: float) ->
     if not specimen.has_outline or len(place) == 3:
         return []
     outline = specimen.outline(half=False)  # type: ignore[attr-defined]
-    body = Body([list(outline.corners), *map(list, outline.holes)], list(outline.slits))
+    body = Body.from_outline(outline)
     at, heading = (float(place[0]), float(place[1])), np.array([-across[1], across[0]])
     ends = [hit.point for sense in (-heading, heading) if (hit := body.first_hit(at, sense)) is not None]
     named = [point for group in outline.nodes.values() for point in group]

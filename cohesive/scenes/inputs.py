@@ -322,8 +322,6 @@ def _check_model(inputs: Inputs) -> None:
             raise SceneError.at(key, f" = '{GROW}': paths are found in the plane only; expected model.dimension = 2")
         if model.half:
             raise SceneError.at(key, f" = '{GROW}': a path may leave the plane of symmetry; expected model.half = false")
-        if not specimen.starts and not inputs.grow.starts:
-            raise SceneError.at(key, f" = '{GROW}': this {inputs.kind} has no notch; expected grow.starts")
 
 
 def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:

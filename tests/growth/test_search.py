@@ -255,7 +255,7 @@ def test_a_tip_is_critical_under_any_control_and_beside_a_weight() -> None:
 
     def load(**changes: Any) -> float:
         search = Search(eccentric_beam(stage__0__steps=80, **changes))
-        (crack,) = search.starts()
+        (crack,) = search.starts
         lines = trial_lines([crack], search.body)
         trial = run_trial(search.scene, lines, [(crack.tip, crack.heading)], search.radius, LARGEST_TURN, True)
         assert trial.critical[0] is not None
