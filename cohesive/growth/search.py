@@ -61,7 +61,7 @@ def find_path(scene: Scene) -> FoundPath:
     SceneError, MeshError
         For bad input, or if no tip is ever critical.
     """
-    return Search(scene).find()
+    return Search(scene.in_plane() if scene.is_solid else scene).find()
 
 
 def found_scene(scene: Scene, path: FoundPath) -> Scene:
@@ -260,6 +260,8 @@ class Search:
             if crack.fixed_from is not None:
                 text += f", straight from {as_text(np.round(crack.points[crack.fixed_from], 2))} on: {crack.why}"
             notes.append(text)
+        closing = self.trials[-1].closing()
+        notes += [f"path {i + 1}: this one closes from an opening of {at:.3g} mm on" for i, at in closing.items()]
         critical = [v for v in vertices if not v.fixed_direction and not math.isnan(v.criterion)]
         apart = np.array([abs(_difference(v.criterion, v.principal)) for v in critical])
         if len(apart):
