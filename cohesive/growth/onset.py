@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -11,7 +12,7 @@ from scipy.spatial import cKDTree
 from meshing.paths import Point
 
 from ..arrays import Array
-from ..elements.rotations import major_stress, stress_tensor
+from ..elements.rotations import stress_tensor
 from ..errors import SceneError
 from ..model.boundary import nodes_at
 from ..model.build import build
@@ -25,6 +26,9 @@ _OF_LENGTH, _ELEMENTS = 0.02, 1.5
 
 #: what is nearer to loads and supports than so many radii, or than this part of the narrowest side, does not count
 _BESIDE, _PART_BESIDE = 2.0, 0.05
+
+#: tension over the largest stress that is none
+_NO_PULL = 1e-3
 
 #: places whose tension is more than this part of the largest one, beside it, have a share in where it is
 _ALIKE = 0.95
@@ -48,21 +52,24 @@ def onset(scene: Scene, body: Body) -> tuple[Point, Point]:
     assert scene.sizes is not None
     size, m = scene.sizes.crack_size, scene.material
     radius = max(_OF_LENGTH * m.E * m.Gf / m.ft**2, _ELEMENTS * size)
-    places = np.concatenate([_along(np.array([*face, face[0]]), size) for face in body.faces])
-    (x0, y0), (x1, y1) = max(zip(body.faces[0], [*body.faces[0][1:], body.faces[0][0]], strict=True), key=lambda s: math.dist(*s))
-    at, heading = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)]), np.array([y0 - y1, x1 - x0]) / math.dist((x0, y0), (x1, y1))
+    sides = [side for face in body.faces for side in pairwise([*face, face[0]])]
+    places, tangents = map(np.concatenate, zip(*(_along(np.array(a), np.array(b), size) for a, b in sides), strict=True))
+    a, b = max(pairwise([*body.faces[0], body.faces[0][0]]), key=lambda side: math.dist(*side))
+    at, along = 0.5 * np.add(a, b), np.subtract(b, a) / math.dist(a, b)
+    heading = np.array([-along[1], along[0]])
     for _ in range(_MOST_RUNS):
         hit = body.first_hit(_point(at), heading)
         assert hit is not None  # it leads into the body
         before = at
-        at, heading = _pulled_most(scene.along([[_point(at), hit.point]]), body, places, radius)
+        at, heading = _pulled_most(scene.along([[_point(at), hit.point]]), body, places, tangents, radius)
         if np.hypot(*(at - before)) < size:
             break
     return _point(at), _point(heading)
 
 
-def _pulled_most(scene: Scene, body: Body, places: Array, radius: float) -> tuple[Array, Array]:
-    """The place that is pulled most on the mesh of a scene, whose crack stays closed, and the unit vector across the pull."""
+def _pulled_most(scene: Scene, body: Body, places: Array, tangents: Array, radius: float) -> tuple[Array, Array]:
+    """The place that is pulled most along its face on the mesh of a scene, whose crack stays closed, and the unit vector
+    across the principal tension there, into the body; tangents (p, 2) of the faces at the places (p, 2)."""
     model = build(scene.with_(**{"material.density": 0.0}))
     displacement = _elastic(model, scene, body.size)
     centres = np.concatenate([block.points[block.cells].mean(axis=1) for block in model.bulk])
@@ -78,13 +85,16 @@ def _pulled_most(scene: Scene, body: Body, places: Array, radius: float) -> tupl
     ends = [support.at for support in specimen.held()] + [at for d in drives for at in (d.at, d.against) if at is not None]
     nodes = np.unique(np.concatenate([nodes_at(model.mesh, "supports.at", at) for at in ends]))
     beside = max(_BESIDE * radius, _PART_BESIDE * float(np.ptp(np.array(body.faces[0]), axis=0).min()))
-    pull = np.where(cKDTree(model.mesh.points[nodes]).query(places)[0] > beside, major_stress(means), -np.inf)
-    if not pull.max() > 0:
-        raise SceneError.at("specimen.crack", " = 'grow': no face is pulled away from loads and supports; expected grow.starts")
+    tensors = stress_tensor(means)
+    pull = np.einsum("pi,pij,pj->p", tangents, tensors, tangents)
+    pull = np.where(cKDTree(model.mesh.points[nodes]).query(places)[0] > beside, pull, -np.inf)
+    if not pull.max() > _NO_PULL * abs(means).max():
+        why = "no face is pulled away from loads and supports"
+        raise SceneError.at("specimen.crack", f" = 'grow': {why}; expected grow.starts")
     weight = np.where(np.hypot(*(places - places[pull.argmax()]).T) < _BESIDE * radius, pull - _ALIKE * pull.max(), 0.0)
     weight = np.maximum(weight, 0.0)  # the mesh has its say on which of a few alike is the largest
     best = int(np.hypot(*(places - weight @ places / weight.sum()).T).argmin())
-    u, v = np.linalg.eigh(stress_tensor(means[best : best + 1])[0])[1][:2, -1]
+    u, v = np.linalg.eigh(tensors[best])[1][:, -1]
     inward = 1.0 if body.contains(_point(places[best] + radius * np.array([-v, u]))) else -1.0
     return places[best], inward * np.array([-v, u])
 
@@ -98,13 +108,11 @@ def _elastic(model: Model, scene: Scene, size: float) -> Array:
     return model.condensation.recover(step.equilibrium.state.v)
 
 
-def _along(line: Array, size: float) -> Array:
-    """Points of a polyline (k, 2), at most `size` apart, the middle of each segment among them."""
-    parts = []
-    for a, b in zip(line[:-1], line[1:], strict=True):
-        n = 2 * math.ceil(0.5 * np.hypot(*(b - a)) / size)
-        parts.append(a + (b - a) * (np.arange(n) / n)[:, None])
-    return np.concatenate(parts)
+def _along(a: Array, b: Array, size: float) -> tuple[Array, Array]:
+    """Points of a side, at most `size` apart, its middle among them, and its unit tangent at each, (n, 2)."""
+    length = float(np.hypot(*(b - a)))
+    n = 2 * math.ceil(0.5 * length / size)
+    return a + (b - a) * (np.arange(n) / n)[:, None], np.tile((b - a) / length, (n, 1))
 
 
 def _point(at: Array) -> Point:

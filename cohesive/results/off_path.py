@@ -231,7 +231,7 @@ def _most(blocks: list[tuple[ElasticBlock, Mask, Array]], m: int) -> Array:
 def _straight_crack(data: RunData, place: Array, across: Array, slack: float) -> list[Point]:
     """Through a place from face to face, or to a node that lies within a slack of its end."""
     specimen = data.scene.specimen
-    if not specimen.has_outline or len(place) == 3:
+    if not specimen.has_outline or len(place) == 3 or "crack" not in vars(specimen):
         return []
     outline = specimen.outline(half=False)  # type: ignore[attr-defined]
     body = Body.from_outline(outline)

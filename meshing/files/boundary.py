@@ -34,12 +34,12 @@ def boundary_outline(path: Path, needed: Iterable[str]) -> Outline:
     clean = checked(path, mesh, named_sets(mesh)[1])[0]
     star = Star.from_cells(bulk_cells(clean))
     rows = star.nodes[np.bincount(star.facet)[star.facet] == 1]  # each has the body on its left
-    loops, sizes = _loops(path, clean.points, rows), float(np.ptp(clean.points, axis=0).max())
+    loops, size = _loops(path, clean.points, rows), float(np.ptp(clean.points, axis=0).max())
     edges, nodes, others = _sets(clean.point_sets, rows)
     if unfit := sorted(set(needed) & others):
-        raise MeshError.at("crack", f" = 'grow': the set {unfit[0]} is neither a row of edges of the boundary nor single nodes")
-    ends = {chain[i] for chain in edges.values() for i in (0, -1)}
-    faces = [_simplified(clean.points, loop, ends, SLACK * sizes) for loop in loops]
+        raise MeshError.at("crack", f" = 'grow': set {unfit[0]} is neither a row of edges of the boundary nor single nodes")
+    ends = {chain[i] for chain in edges.values() for i in (0, -1) if chain[0] != chain[-1]}
+    faces = [_simplified(clean.points, loop, ends, SLACK * size) for loop in loops]
     corners, *holes = sorted(faces, key=lambda face: -abs(signed_area(face)))
     if any(signed_area(hole) > 0 for hole in holes):
         raise MeshError.at("file", f" = '{path}': its elements are in {len(faces)} parts; expected one body")
@@ -47,7 +47,7 @@ def boundary_outline(path: Path, needed: Iterable[str]) -> Outline:
         corners,
         [],
         nodes={name: [_xy(clean.points[i]) for i in at] for name, at in nodes.items()},
-        edges={name: _simplified(clean.points, chain, ends, SLACK * sizes) for name, chain in edges.items()},
+        edges={name: _simplified(clean.points, chain, {chain[0], chain[-1]}, SLACK * size) for name, chain in edges.items()},
         holes=holes,
     )
 
@@ -95,15 +95,14 @@ def _sets(sets: dict[str, Index], rows: Index) -> tuple[dict[str, list[int]], di
 
 
 def _simplified(points: Array, nodes: list[int], kept: set[int], slack: float) -> Line:
-    """Places of nodes in a row without those on the straight line between the last one and the next, unless they are kept."""
+    """Places of nodes in a closed row without those on the straight line between the last one and the next, unless they are
+    kept."""
     line: list[int] = []
-    is_closed = nodes[0] not in kept
     for i, node in enumerate(nodes):
         ends = line[-1] if line else nodes[-1], nodes[(i + 1) % len(nodes)]
         a, b = points[ends[0]], points[ends[1]]
         (x, y), (u, v) = b - a, points[node] - a
-        is_end = not is_closed and i in (0, len(nodes) - 1)
-        if node in kept or is_end or abs(x * v - y * u) > slack * np.hypot(x, y):
+        if node in kept or abs(x * v - y * u) > slack * np.hypot(x, y):
             line.append(node)
     return [_xy(points[node]) for node in line]
 

@@ -74,7 +74,7 @@ def _outline(gmsh: ModuleType, key: str, path: Path) -> Outline:
         raise MeshError.at(key, f" = '{path}': it has {len(faces)} faces; expected one")
     x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(*faces[0])
     if max(abs(z0), abs(z1)) > _FLAT * max(x1 - x0, y1 - y0):
-        raise MeshError.at(key, f" = '{path}': its face reaches from z = {z0:.4g} to {z1:.4g}; expected one in the plane z = 0")
+        raise MeshError.at(key, f" = '{path}': its face has z from {z0:.4g} to {z1:.4g}; expected one in the plane z = 0")
     loops = _loops([_chords(gmsh, tag) for _, tag in gmsh.model.getBoundary(faces, oriented=True)])
     if any(loop[0] != loop[-1] for loop in loops):
         raise MeshError.at(key, f" = '{path}': the outline of its face is not closed")

@@ -37,8 +37,8 @@ class UserMesh(StatedSetup):
     file: str = key("mesh in any format that meshio reads, lengths in mm; relative to the scene file")
     crack: Any = key(
         "name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges; in 3D, name "
-        "of a set of triangles or quadrilaterals on the crack surface, or of its nodes; or a list of such names; or 'grow' with "
-        "a plane mesh, whose boundary and sets become those of a body of kind 'outline', which is meshed again"
+        "of a set of triangles or quadrilaterals on the crack surface, or of its nodes; or a list of such names; or 'grow' "
+        "with a plane mesh, whose boundary and sets become those of a body of kind 'outline', which is meshed again"
     )
     supports: Any = key(
         "list of {at = location, direction = [x, y]}: no motion of these nodes along the direction; with stiffness = N/mm "
@@ -108,7 +108,7 @@ class UserMesh(StatedSetup):
             return table
         keys = [name for name in ("band", "regions", "pressures", "down") if name in table]
         if keys:
-            raise MeshError.at(keys[0], ": with crack = 'grow' the body is meshed again, of one material; expected no such key")
+            raise MeshError.at(keys[0], ": a body in which a crack grows is meshed again; expected no such key")
         shape = boundary_outline(find(table["file"]), _named(list(table.values())))
         kept = {key: value for key, value in table.items() if key not in ("kind", "file")}
         return {"kind": "outline"} | kept | stated(shape, {})

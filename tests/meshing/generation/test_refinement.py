@@ -109,7 +109,7 @@ def test_a_face_that_is_divided_keeps_its_path(soon):
 
 @pytest.mark.parametrize("hinge", [(24.0, 40.0), (-24.0, 40.0), (-24.0, -40.0), (-1e-16, 40.0)])
 def test_the_size_at_a_hinge_is_the_same_wherever_the_body_lies(hinge):
-    """A negative coordinate, or one that rounding has left, is a number for gmsh too, which ended the process for `x - -24`."""
+    """A negative coordinate, or one that rounding has left, is a number for gmsh too, which ends the process for `x - -24`."""
     x, y = hinge[0] - 24.0, hinge[1] - 40.0
     corners = [(x, y), (60.0 + x, y), (60.0 + x, 40.0 + y), (x, 40.0 + y)]
     plate = Outline(corners, [[(20.0 + x, 10.0 + y), hinge]], [[(20.0 + x, y), (20.0 + x, 10.0 + y)]], hinges=[hinge])
