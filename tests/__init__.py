@@ -11,6 +11,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     figures/test_cells.py                    many triangles
     figures/test_pictures.py                 five more titles
     fitting/test_fit.py                      intervals from noise and known scatter, shared numbers, the choice of a curve
+    growth/test_bodies.py                    a user's mesh, a path that is extruded, two cracks of which one closes
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path repeated, from a face, from a .geo file, on turned meshes, from two notches
     growth/test_settled.py                   finer meshes, segments and steps; a beam with a hole

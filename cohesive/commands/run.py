@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 from meshing.errors import MeshError
-from meshing.paths import as_text
 
 from ..errors import NotConverged, SceneError
 from ..model.estimate import Estimate, estimate
@@ -142,8 +141,8 @@ def _elsewhere(result: Result) -> list[str]:
         assert isinstance(error.result, Result)
         peak = error.result.peak_load
     except (MeshError, SceneError) as error:  # the line is a guess
-        return [f"a straight crack through {as_text(off.place.round(6))}: {error}"]
-    return [f"a straight crack through {as_text(off.place.round(6))} gives a peak load of {peak:.5g} N"]
+        return [f"a straight crack there: {error}"]
+    return [f"a straight crack there gives a peak load of {peak:.5g} N instead of {result.peak_load:.5g} N"]
 
 
 def _save_movie(result: Result, path: Path) -> None:
