@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from cohesive import NotConverged, Result, Scene, run
+from cohesive import NotConverged, Result, Scene, built_in, run
 from cohesive.commands.command_line import main
 from cohesive.elements.rotations import major_stress
 
@@ -75,7 +75,11 @@ def test_an_even_moment_leaves_the_place_free() -> None:
     assert not note.startswith("warning") and "whose place is free" in note
 
 
-@pytest.mark.parametrize("name", ["push-off", "notched-beam", "four-point-beam", "nooru-mohamed-4b", "single-crack"])
+#: those that are run each time; the others are `long`
+OFTEN = ["push-off", "notched-beam", "four-point-beam", "nooru-mohamed-4b", "single-crack"]
+
+
+@pytest.mark.parametrize("name", [n if n in OFTEN else pytest.param(n, marks=pytest.mark.long) for n in built_in()])
 def test_of_the_built_in_scenes_push_off_alone_speaks(name: str) -> None:
     assert (run(Scene.load(name).with_(**{"output.frames": 0})).off_path is not None) == (name == "push-off")
 
