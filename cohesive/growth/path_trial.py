@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -85,7 +86,7 @@ class PathTrial:
     at_peak : reading ahead of each tip at the largest load
     peak : the largest load, N
     openings : (states, 1 + paths) opening that is measured, then the mean jump of each path, mm
-    mesh_seconds : of meshing
+    timings : seconds of meshing, condensing, and finding the elements ahead of the tips
     is_whole : whether it ran to the end, for all tips
     ended : why the run ended early; empty if it did not
     """
@@ -95,10 +96,10 @@ class PathTrial:
     critical: list[TipState | None]
     at_peak: list[Reading]
     peak: float = 0.0
-    mesh_seconds: float = 0.0
     is_whole: bool = False
     ended: str = ""
     openings: list[list[float]] = field(default_factory=list)
+    timings: dict[str, float] = field(default_factory=dict)
 
     def closing(self) -> dict[int, float]:
         """Paths that close while another one opens, by their numbers, and the opening from which on, mm."""
@@ -126,11 +127,13 @@ def run_trial(
     """
     scene = scene.along(lines)
     model = build(scene)
+    clock = time.perf_counter()
     stress = NodalStress.from_blocks(model.bulk)
     probes = [Probe.from_tip(stress, tip, heading, radius) for tip, heading in tips]
     nothing = [probe.nothing for probe in probes]
     trial = PathTrial(lines, probes, [None] * len(tips), nothing, is_whole=not first_only)
-    trial.mesh_seconds = model.timings["mesh"]
+    condensing = model.timings["assemble"] + model.timings["condense"]
+    trial.timings = {"meshing": model.timings["mesh"], "condensing": condensing, "probing": time.perf_counter() - clock}
     _march(trial, model, scene, before, largest_turn)
     return trial
 

@@ -289,10 +289,11 @@ class Search:
     def _found(self, lines: list[Line], vertices: list[Vertex], notes: list[str], clock: float) -> FoundPath:
         seconds = time.perf_counter() - clock
         passes = sum(trial.is_whole for trial in self.trials)
-        meshing = sum(trial.mesh_seconds for trial in self.trials)
         if self.trials:
-            notes = [*notes, f"path: {len(self.trials) - passes} trials and {passes} passes in {seconds:.2g} s, "
-                     f"{100 * meshing / seconds:.0f} % of it meshing"]  # fmt: skip
+            parts = {name: sum(trial.timings[name] for trial in self.trials) for name in self.trials[0].timings}
+            parts["stepping"] = seconds - sum(parts.values())
+            told = ", ".join(f"{100 * part / seconds:.0f} % {name}" for name, part in parts.items())
+            notes = [*notes, f"path: {len(self.trials) - passes} trials and {passes} passes in {seconds:.2g} s: {told}"]
         return FoundPath(
             lines,
             [trial.lines for trial in self.trials],
