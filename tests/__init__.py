@@ -30,6 +30,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     outcome/test_pickle.py                   comparisons, processes, sizes
     results/test_checkpoints.py              checkpoints at two more rows, in a snap-back, after SIGKILL, with wrong entries
     results/test_inputs.py                   copies that stay, and that do not
+    results/test_off_path.py                 the other built-in scenes
     scenes/test_damaged_scenes.py            500 damaged scenes where 100 run by default
     solver/test_newton.py                    the secant tangent of a band
     solver/test_platens.py                   a band under a platen that is free across

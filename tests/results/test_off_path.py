@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import tomli_w
 
-from cohesive import NotConverged, Result, Scene, built_in, run
+from cohesive import NotConverged, Result, Scene, run
 from cohesive.commands.command_line import main
 from cohesive.elements.rotations import major_stress
+from cohesive.scenes.scene import built_in
 
 
 def eccentric(**changes: Any) -> Scene:
