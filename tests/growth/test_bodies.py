@@ -79,7 +79,8 @@ def test_a_body_that_is_only_pressed_starts_no_crack() -> None:
 
 @pytest.mark.long
 def test_a_mesh_grows_the_crack_of_its_outline(tmp_path: Path) -> None:
-    """The boundary of a mesh of the beam is its outline: the same path, to rounding."""
+    """The boundary of a mesh of the beam is its outline: the same path, to a quarter of an element, for the corners begin
+    elsewhere and gmsh makes another mesh of the same sizes."""
     beam = outlined_beam(grow__segment=16.0, stage__0__steps=15).with_(**{"specimen.notches": [[[-51, 0], [-49, 0]]]})
     data = beam.data
     corners = [[-125, 0], [-51, 0], [-50, 20], [-49, 0], [125, 0], [125, 80], [-125, 80]]
@@ -90,7 +91,7 @@ def test_a_mesh_grows_the_crack_of_its_outline(tmp_path: Path) -> None:
     mesh_face(own.specimen.outline(), MeshSizes(5.0, 10.0), conforming=True).write(tmp_path / "beam.inp")  # type: ignore[attr-defined]
     kept = {key: value for key, value in outline.items() if key not in ("corners", "kind")}
     read = Scene(data | starts | {"specimen": kept | {"kind": "mesh", "file": "beam.inp"}}, tmp_path)
-    np.testing.assert_allclose(find_path(read).lines[0], find_path(own).lines[0], atol=1e-6)
+    np.testing.assert_allclose(find_path(read).lines[0], find_path(own).lines[0], atol=0.5)
 
 
 @pytest.mark.long
