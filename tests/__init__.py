@@ -10,7 +10,12 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     cracks/test_band.py                      random walks at two more of Poisson's ratios
     figures/test_cells.py                    many triangles
     figures/test_pictures.py                 five more titles
+<<<<<<< HEAD
     fitting/test_fit.py                      intervals from noise and scatter, shared numbers, choice of a curve, points
+=======
+    fitting/test_fit.py                      intervals from noise and known scatter, shared numbers, the choice of a curve
+    growth/test_bodies.py                    a user's mesh, a path that is extruded, two cracks of which one closes
+>>>>>>> bodies
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path repeated, from a face, from a .geo file, on turned meshes, from two notches
     growth/test_settled.py                   finer meshes, segments and steps; a beam with a hole
@@ -29,6 +34,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     outcome/test_pickle.py                   comparisons, processes, sizes
     results/test_checkpoints.py              checkpoints at two more rows, in a snap-back, after SIGKILL, with wrong entries
     results/test_inputs.py                   copies that stay, and that do not
+    results/test_off_path.py                 the other built-in scenes
     scenes/test_damaged_scenes.py            500 damaged scenes where 100 run by default
     solver/test_newton.py                    the secant tangent of a band
     solver/test_platens.py                   a band under a platen that is free across

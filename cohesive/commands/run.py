@@ -8,7 +8,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from ..errors import SceneError
+from meshing.errors import MeshError
+
+from ..errors import NotConverged, SceneError
 from ..model.estimate import Estimate, estimate
 from ..outcome.result import Result
 from ..results.checkpoints import NAME as CHECKPOINT
@@ -37,6 +39,9 @@ MOVIE_FRAMES = 40
 
 #: expected seconds from which on a run says beforehand what it will take
 LONG = 10.0
+
+#: seconds of a run up to which the place where its body would rather break is run too
+SHORT = 5.0
 
 
 def add_parser(commands: Commands) -> None:
@@ -108,6 +113,8 @@ def _finished(
                 raise
             result, status = partial_result, status_of(error)
     result.notes[:0] = notes
+    if sum(result.timings.values()) < SHORT:
+        result.notes += _elsewhere(result)
     try:
         result.save(folder)
     finally:  # the numbers are there, whatever became of the files
@@ -120,6 +127,21 @@ def _finished(
         if (folder / CHECKPOINT).exists():
             print(f"cohesive: to go on: cohesive run --resume {folder}", file=sys.stderr)
     return status
+
+
+def _elsewhere(result: Result) -> list[str]:
+    """The peak of a crack where the body would rather break, if it would."""
+    off = result.off_path
+    if off is None or off.is_even or not off.line:
+        return []
+    try:
+        peak = run(off.scene(result.scene)).peak_load
+    except NotConverged as error:
+        assert isinstance(error.result, Result)
+        peak = error.result.peak_load
+    except (MeshError, SceneError) as error:  # the line is a guess
+        return [f"a straight crack there: {error}"]
+    return [f"a straight crack there gives a peak load of {peak:.5g} N instead of {result.peak_load:.5g} N"]
 
 
 def _save_movie(result: Result, path: Path) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
-from meshing.paths import Line, Point, distance_to
+from meshing.paths import Line, Point, contains, distance_to
 
 from ..arrays import Array
 
@@ -37,7 +38,7 @@ class Hit:
 
 @dataclass(frozen=True)
 class Body:
-    """A plane body, by its outline.
+    """A plane body.
 
     Attributes
     ----------
@@ -47,6 +48,11 @@ class Body:
 
     faces: Sequence[Line]
     slits: Sequence[Line]
+
+    @classmethod
+    def from_outline(cls, outline: Any) -> Body:
+        """By the outline of a specimen."""
+        return cls([list(outline.corners), *map(list, outline.holes)], list(outline.slits))
 
     @property
     def size(self) -> float:
@@ -73,6 +79,11 @@ class Body:
             return None
         end = np.asarray(start) + best[0] * heading
         return Hit(best[0], (float(end[0]), float(end[1])), best[1])
+
+    def contains(self, point: Point) -> bool:
+        """Whether a point lies inside."""
+        outer, *holes = self.faces
+        return contains(outer, point) and not any(contains(hole, point) for hole in holes)
 
     def is_on(self, point: Point, line: Line) -> bool:
         """Whether a point lies on a polyline."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from meshing.paths import Line, Point
+from meshing.paths import Line, Point, along_paths, path_length
 
 from ..arrays import Array
 from ..errors import NotConverged
@@ -39,6 +40,9 @@ _RUN_UP, _SHORTLY_BEFORE = 6, 0.6
 
 #: factor from one step to the next from there on: steps that follow the tip, not the stage, whose first one may pass the peak
 _FACTOR = 1.12
+
+#: a path whose mean jump falls below this part of the largest one closes
+_CLOSES = 0.9
 
 #: of the last target: a first step that is elastic
 _ELASTIC = 1e-4
@@ -81,7 +85,8 @@ class PathTrial:
     critical : of each tip; None: it was never critical
     at_peak : reading ahead of each tip at the largest load
     peak : the largest load, N
-    mesh_seconds : of meshing
+    openings : (states, 1 + paths) opening that is measured, then the mean jump of each path, mm
+    timings : seconds of meshing, condensing, and finding the elements ahead of the tips
     is_whole : whether it ran to the end, for all tips
     ended : why the run ended early; empty if it did not
     """
@@ -91,9 +96,19 @@ class PathTrial:
     critical: list[TipState | None]
     at_peak: list[Reading]
     peak: float = 0.0
-    mesh_seconds: float = 0.0
     is_whole: bool = False
     ended: str = ""
+    openings: list[list[float]] = field(default_factory=list)
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def closing(self) -> dict[int, float]:
+        """Paths that close while another one opens, by their numbers, and the opening from which on, mm."""
+        if len(self.lines) < 2 or not self.openings:
+            return {}
+        measured, *means = np.array(self.openings).T
+        widest = [int(mean.argmax()) for mean in means]
+        opens = {i for i, mean in enumerate(means) if mean[-1] > _CLOSES * mean.max()}
+        return {i: float(measured[at]) for i, at in enumerate(widest) if i not in opens and opens}
 
 
 def run_trial(
@@ -112,10 +127,13 @@ def run_trial(
     """
     scene = scene.along(lines)
     model = build(scene)
+    clock = time.perf_counter()
     stress = NodalStress.from_blocks(model.bulk)
     probes = [Probe.from_tip(stress, tip, heading, radius) for tip, heading in tips]
     nothing = [probe.nothing for probe in probes]
-    trial = PathTrial(lines, probes, [None] * len(tips), nothing, 0.0, model.timings["mesh"], not first_only)
+    trial = PathTrial(lines, probes, [None] * len(tips), nothing, is_whole=not first_only)
+    condensing = model.timings["assemble"] + model.timings["condense"]
+    trial.timings = {"meshing": model.timings["mesh"], "condensing": condensing, "probing": time.perf_counter() - clock}
     _march(trial, model, scene, before, largest_turn)
     return trial
 
@@ -153,11 +171,14 @@ def _states(
     """What the tips of a trial see in one state after the other; it keeps the readings at the peak."""
     control = control_of(scene.stages[0].control)
     stepper = solve(model.problem, stages, model.recorded, scene.solver.step_growth)
+    ends = np.cumsum([path_length("crack", [line]) for line in trial.lines])
+    owner = np.searchsorted(ends[:-1], along_paths(model.cracks.where, trial.lines))
     for step in stepper:
         record = stepper.record(step.equilibrium.state)
         displacement = model.condensation.recover(step.equilibrium.state.v)
         numbers = record["load"], record["opening"], control.value(stepper.problem, step.equilibrium.state)
         values = model.cracks.point_values(step.equilibrium.state)
+        trial.openings.append([record["opening"], *(np.bincount(owner, values["opening"]) / np.bincount(owner))])
         readings = [probe.read(displacement) for probe in trial.probes]
         if abs(record["load"]) > trial.peak:  # of either sign: what is pushed may split
             trial.peak, trial.at_peak = abs(record["load"]), readings
@@ -227,6 +248,6 @@ def _elastic_estimate(trial: PathTrial, model: Model, scene: Scene, stage: Stage
     if control_of(stage.control).begins_at_onset:
         return 10 * _ELASTIC * last
     elastic = replace(stage, to=_ELASTIC * last, step=None, steps=1, until=None, unload=None)
-    seen = next(_states(replace(trial), model, [elastic], scene, math.pi))
+    seen = next(_states(replace(trial, openings=[]), model, [elastic], scene, math.pi))
     most = max(state.stress for state in seen)
     return seen[0].control * scene.material.ft / most if most > 0 else last

@@ -17,6 +17,7 @@ from ..scenes.scene import Scene
 from .body import FACE, Body
 from .crack import Crack, other_lines, trial_lines, unit
 from .found import FoundPath, Vertex
+from .onset import onset
 from .path_trial import PathTrial, run_trial
 
 #: no segment turns by more than this, radians
@@ -60,7 +61,7 @@ def find_path(scene: Scene) -> FoundPath:
     SceneError, MeshError
         For bad input, or if no tip is ever critical.
     """
-    return Search(scene).find()
+    return Search(scene.in_plane() if scene.is_solid else scene).find()
 
 
 def found_scene(scene: Scene, path: FoundPath) -> Scene:
@@ -76,6 +77,7 @@ class Search:
     Attributes
     ----------
     scene : Scene
+    body, starts : the body, and the cracks before they grow
     trials : what was run
     unseen : tips of which criterion "symmetry" saw no sliding, so that they followed the stress
     """
@@ -87,16 +89,15 @@ class Search:
     def __post_init__(self) -> None:
         assert self.scene.grow is not None and self.scene.sizes is not None
         self.options, size = self.scene.grow, self.scene.sizes.crack_size
-        outline = self.scene.specimen.outline()  # type: ignore[attr-defined]
-        self.body = Body([list(outline.corners), *map(list, outline.holes)], list(outline.slits))
-        m = self.scene.material
-        ways = [self.body.first_hit(crack.tip, unit(crack.heading)) for crack in self.starts()]
+        self.body = Body.from_outline(self.scene.specimen.outline())  # type: ignore[attr-defined]
+        self.starts, m = self._starts(), self.scene.material
+        ways = [self.body.first_hit(crack.tip, unit(crack.heading)) for crack in self.starts]
         ligament = min((hit.distance for hit in ways if hit is not None), default=self.body.size)
         radius = min(_OF_LENGTH * m.E * m.Gf / m.ft**2, _OF_LIGAMENT * ligament)
         self.radius = self.options.radius or max(radius, _ELEMENTS * size)
         self.segment = self.options.segment or max(_SEGMENT * self.radius, _ELEMENTS * size)
 
-    def starts(self) -> list[Crack]:
+    def _starts(self) -> list[Crack]:
         """The cracks before they grow."""
         given = [(tuple(entry["at"]), entry["direction"]) for entry in self.options.starts]
         for i, (at, _) in enumerate(given):
@@ -104,7 +105,7 @@ class Search:
             if not any(self.body.is_on(at, line) for line in lines):
                 key = f"grow.starts.{i}.at"
                 raise SceneError.at(key, f" = {list(at)}: expected a point of a face or of a notch")
-        starts = [*self.scene.specimen.starts, *given]
+        starts = [*self.scene.specimen.starts, *given] or [onset(self.scene, self.body)]
         return [Crack(((float(x), float(y)),), (math.atan2(dy, dx),)) for (x, y), (dx, dy) in starts]
 
     def find(self) -> FoundPath:
@@ -113,7 +114,7 @@ class Search:
         if self.scene.specimen.symmetry() is not None and not self.options.starts:
             lines = list(self.scene.specimen.paths)
             return self._found(lines, [], ["path: straight, the specimen is symmetric about it"], clock)
-        cracks = self._grow(self.starts())
+        cracks = self._grow(list(self.starts))
         cracks, last, passes, moved = self._judge(cracks)
         vertices = _vertices(cracks, last)
         return self._found([list(c.points) for c in cracks], vertices, self._notes(cracks, vertices, passes, moved), clock)
@@ -250,6 +251,8 @@ class Search:
     def _notes(self, cracks: Sequence[Crack], vertices: Sequence[Vertex], passes: int, moved: float) -> list[str]:
         """What was found, in words."""
         notes = []
+        if not self.scene.specimen.starts and not self.options.starts:
+            notes.append("path: nothing is notched; it starts where the faces of the elastic body are pulled most")
         for number, crack in enumerate(cracks, start=1):
             name = f"path {number}" if len(cracks) > 1 else "path"
             text = f"{name}: {len(crack.points) - 1} segments of {self.segment:.3g} mm from {as_text(crack.points[0])}"
@@ -257,6 +260,8 @@ class Search:
             if crack.fixed_from is not None:
                 text += f", straight from {as_text(np.round(crack.points[crack.fixed_from], 2))} on: {crack.why}"
             notes.append(text)
+        closing = self.trials[-1].closing()
+        notes += [f"path {i + 1}: this one closes from an opening of {at:.3g} mm on" for i, at in closing.items()]
         critical = [v for v in vertices if not v.fixed_direction and not math.isnan(v.criterion)]
         apart = np.array([abs(_difference(v.criterion, v.principal)) for v in critical])
         if len(apart):
@@ -284,10 +289,11 @@ class Search:
     def _found(self, lines: list[Line], vertices: list[Vertex], notes: list[str], clock: float) -> FoundPath:
         seconds = time.perf_counter() - clock
         passes = sum(trial.is_whole for trial in self.trials)
-        meshing = sum(trial.mesh_seconds for trial in self.trials)
         if self.trials:
-            notes = [*notes, f"path: {len(self.trials) - passes} trials and {passes} passes in {seconds:.2g} s, "
-                     f"{100 * meshing / seconds:.0f} % of it meshing"]  # fmt: skip
+            parts = {name: sum(trial.timings[name] for trial in self.trials) for name in self.trials[0].timings}
+            parts["stepping"] = seconds - sum(parts.values())
+            told = ", ".join(f"{100 * part / seconds:.0f} % {name}" for name, part in parts.items())
+            notes = [*notes, f"path: {len(self.trials) - passes} trials and {passes} passes in {seconds:.2g} s: {told}"]
         return FoundPath(
             lines,
             [trial.lines for trial in self.trials],

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 
 from meshing.paths import Point
 
@@ -77,17 +78,21 @@ class NodalStress:
         """Values at the nodes to those at points (p, 2) within `reach` of a place: (p, m) matrix, whose row is empty for a
         point outside the body."""
         centre = self.points[self.triangles].mean(axis=1)
-        size = np.ptp(self.points[self.triangles], axis=1).max(axis=1)
-        cells = self.triangles[np.hypot(*(centre - near).T) < reach + size]
-        a, b, c = (self.points[cells[:, i]] for i in range(3))
-        det = _cross(b - a, c - a)
-        p = at[:, None]
-        shares = np.stack([_cross(b - p, c - p), _cross(c - p, a - p), _cross(a - p, b - p)], axis=-1) / det[:, None]
-        best = shares.min(axis=-1).argmax(axis=1)
-        row = np.arange(len(at))
-        share = shares[row, best]
-        share[share.min(axis=1) < -1e-9] = 0.0
-        return sp.csr_array((share.ravel(), (np.repeat(row, 3), cells[best].ravel())), shape=(len(at), len(self.points)))
+        size = np.linalg.norm(self.points[self.triangles] - centre[:, None], axis=-1).max(axis=1)
+        cells = np.flatnonzero(np.hypot(*(centre - near).T) < reach + size)
+        inside = cKDTree(at).query_ball_point(centre[cells], (1.0 + 1e-6) * size[cells])  # of the circle around each
+        cell = self.triangles[np.repeat(cells, [len(each) for each in inside])]
+        point = np.concatenate([np.array(each, dtype=np.int64) for each in inside])
+        a, b, c = (self.points[cell[:, i]] for i in range(3))
+        p = at[point]
+        shares = np.stack([_cross(b - p, c - p), _cross(c - p, a - p), _cross(a - p, b - p)], axis=-1)
+        shares /= _cross(b - a, c - a)[:, None]
+        least = shares.min(axis=1)
+        order = np.lexsort([-least, point])
+        order = order[np.unique(point[order], return_index=True)[1]]  # the best cell of each point
+        order = order[least[order] >= -1e-9]
+        rows = np.repeat(point[order], 3)
+        return sp.csr_array((shares[order].ravel(), (rows, cell[order].ravel())), shape=(len(at), len(self.points)))
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -230,10 +230,10 @@ def _most(blocks: list[tuple[ElasticBlock, Mask, Array]], m: int) -> Array:
 def _straight_crack(data: RunData, place: Array, across: Array, slack: float) -> list[Point]:
     """Through a place from face to face, or to a node that lies within a slack of its end."""
     specimen = data.scene.specimen
-    if not specimen.has_outline or len(place) == 3:
+    if not specimen.has_outline or len(place) == 3 or "crack" not in vars(specimen):
         return []
     outline = specimen.outline(half=False)  # type: ignore[attr-defined]
-    body = Body([list(outline.corners), *map(list, outline.holes)], list(outline.slits))
+    body = Body.from_outline(outline)
     at, heading = (float(place[0]), float(place[1])), np.array([-across[1], across[0]])
     ends = [hit.point for sense in (-heading, heading) if (hit := body.first_hit(at, sense)) is not None]
     named = [point for group in outline.nodes.values() for point in group]

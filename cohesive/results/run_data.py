@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +21,10 @@ if TYPE_CHECKING:
     from ..scenes.scene import Scene
     from .fields import Fields, Frame
     from .model_facts import ModelFacts
+
+
+#: part of its fracture energy that a crack through a place off the path dissipates, and in how many steps
+_OPENED, _STEPS_THERE = 0.5, 40
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,16 @@ class OffPath:
     radius: float
     line: list[Point]
     is_even: bool
+
+    def scene(self, scene: Scene) -> Scene:
+        """A scene with a straight crack through the place instead, opened until half of what it takes is dissipated; its first
+        drive moves."""
+        assert scene.specimen.thickness is not None  # it has an outline
+        area = sum(math.dist(a, b) for a, b in pairwise(self.line)) * scene.specimen.thickness
+        first = {key: value for key, value in scene.data["stage"][0].items() if key in ("angle", "hold", "drive", "others")}
+        stage = first | {"control": "dissipation", "to": _OPENED * scene.material.Gf * area, "steps": _STEPS_THERE}
+        there = scene.without_search([list(point) for point in self.line])
+        return there.with_(**{"model.half": False, "output.frames": 0}, stage=[stage])
 
     @property
     def sentence(self) -> str:

@@ -318,12 +318,12 @@ def _check_model(inputs: Inputs) -> None:
         )
     if inputs.grow is not None:
         key = "specimen.crack"
-        if inputs.dimension == 3:
-            raise SceneError.at(key, f" = '{GROW}': paths are found in the plane only; expected model.dimension = 2")
+        if inputs.is_solid != inputs.grow.extrude:
+            has = "crack fronts are given, not found" if inputs.is_solid else "nothing is extruded in the plane"
+            wanted = "grow.extrude = true, which finds the path in the plane" if inputs.is_solid else "model.dimension = 3"
+            raise SceneError.at(key, f" = '{GROW}': {has}; expected {wanted}")
         if model.half:
             raise SceneError.at(key, f" = '{GROW}': a path may leave the plane of symmetry; expected model.half = false")
-        if not specimen.starts and not inputs.grow.starts:
-            raise SceneError.at(key, f" = '{GROW}': this {inputs.kind} has no notch; expected grow.starts")
 
 
 def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:

@@ -94,6 +94,17 @@ class Scene(Inputs):
         scene = self.without_search(crack).with_(**sizes)
         return scene.with_(**{"model.kind": "discrete"})
 
+    def in_plane(self) -> Scene:
+        """The plane scene whose path, when it is found, is extruded, on elements of the same sizes."""
+        own = known(self.kind, "the size of its elements", self.sizes)
+        mesh = {name: value for name, value in self._data.get("mesh", {}).items() if name not in ("layers", "order")}
+        tables = {
+            "mesh": mesh | {"crack_size": own.crack_size, "far_size": own.far_size},
+            "model": self._data["model"] | {"dimension": 2, "kind": "discrete"},
+            "grow": self._data["grow"] | {"extrude": False},
+        }
+        return Scene(self._data | tables, self.folder)
+
     def without_search(self, crack: Any) -> Scene:
         """The scene with a given crack path."""
         data = {name: value for name, value in self._data.items() if name != "grow"}

@@ -43,7 +43,13 @@ class GrowOptions(Table):
         above=0,
     )
     starts: Any = key(
-        "list of {at = [x, y], direction = [x, y]}: further cracks, from a point of a face or the end of a notch", None
+        "list of {at = [x, y], direction = [x, y]}: further cracks, from a point of a face or the end of a notch; without "
+        "any, in a body without a notch, one starts across the largest principal stress at a face of the elastic body",
+        None,
+    )
+    extrude: bool = key(
+        "with model.dimension = 3: find the path in the plane and extrude it; crack fronts are given, not found",
+        False,
     )
 
     def __post_init__(self) -> None:

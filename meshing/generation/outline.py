@@ -21,7 +21,7 @@ class Outline:
     nodes : points that must be nodes, by the name of the point set they end up in.
     edges : polylines along the outline, by the name of the point set of their nodes.
     half : the crack runs along the outline, and a mirror image stands on its other side.
-    holes : polygons inside the body.
+    holes : polygons inside the body, counter-clockwise too.
     hinges : ends of the crack at which it is meshed finer, since its faces rotate about them.
     least_size : of the elements there, mm.
     """

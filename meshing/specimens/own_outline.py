@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import meshio
 
 from ..errors import MeshError
-from ..files.geo import read_outline
+from ..files.geo import read_outline, read_step
 from ..generation.outline import Outline
 from ..generation.sizes import MeshSizes
 from ..keys import key
@@ -35,10 +35,15 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
 
     thickness: float = key("thickness of the body", unit="mm", above=0)
     supports: Any = key("list of {at = location, direction = [x, y]}, as of kind 'mesh'")
-    corners: Any = key("corners of the body in a row, [[x, y], ...]; or give file", None)
+    corners: Any = key("corners of the body in a row, [[x, y], ...]; or give file or step", None)
     file: str | None = key(
         "file of gmsh (.geo) with one face, with or without holes, whose curved sides become 24 straight ones each; its "
         "physical curves and points are locations",
+        None,
+    )
+    step: str | None = key(
+        "STEP file with one face in the plane z = 0, with or without holes, curved sides as in file; its lengths become mm "
+        "from the unit that it states",
         None,
     )
     holes: Any = key("holes of the body: list of polygons [[x, y], ...] and circles {center = [x, y], radius = r}", None)
@@ -63,32 +68,26 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if (self.corners is None) == (self.file is None):
-            raise MeshError.at("corners", ", file: expected one of these keys")
+        files = {name: value for name, value in (("file", self.file), ("step", self.step)) if value is not None}
+        if (self.corners is not None) + len(files) != 1:
+            raise MeshError.at("corners", ", file, step: expected one of these keys")
         self.read_setup()
         object.__setattr__(self, "notches", [] if self.notches is None else _lines("notches", self.notches))
         object.__setattr__(self, "edges_", _named_lines("edges", self.edges_))
         object.__setattr__(self, "points_", _named_points(self.points_))
-        if self.corners is None:
-            raise MeshError.at("file", f" = {self.file!r}: a scene reads it; expected corners")
+        for name, value in files.items():
+            raise MeshError.at(name, f" = {value!r}: a scene reads it; expected corners")
         (corners,) = _lines("corners", [self.corners])
         object.__setattr__(self, "shape", Outline(_counter_clockwise(corners), [], holes=_holes(self.holes, corners)))
 
     @classmethod
     def without_script(cls, table: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
-        """Corners, edges and points in place of a .geo file."""
-        file, edges, points = table.get("file"), table.get("edges") or {}, table.get("points") or {}
-        are_tables = isinstance(edges, dict) and isinstance(points, dict)
-        if not isinstance(file, str) or table.get("corners") is not None or not are_tables:
+        """Corners, edges and points in place of a .geo or a STEP file."""
+        given = [name for name in ("corners", "file", "step") if table.get(name) is not None]
+        if given not in (["file"], ["step"]) or not isinstance(name := table[given[0]], str):
             return table  # which is refused, if it does not do, by its keys
-        shape = read_outline(find(file), run_scripts)
-        stated = {
-            "corners": _plain(shape.corners),
-            "holes": [*map(_plain, shape.holes), *(table.get("holes") or [])],
-            "edges": {name: _plain(line) for name, line in shape.edges.items()} | edges,
-            "points": {name: _plain(at) for name, at in shape.nodes.items()} | points,
-        }
-        return {key: value for key, value in table.items() if key != "file"} | {k: v for k, v in stated.items() if v}
+        shape = read_step(find(name)) if given == ["step"] else read_outline(find(name), run_scripts)
+        return {key: value for key, value in table.items() if key != given[0]} | stated(shape, table)
 
     @property
     def paths(self) -> list[Line]:
@@ -160,6 +159,20 @@ class OwnOutline(StatedSetup, PlaneSpecimen):
         return {MAIN_GAUGE: Gauge(self.gauge_plus, self.gauge_minus, direction), **self.gauges_}
 
 
+def stated(shape: Outline, table: Mapping[str, Any]) -> dict[str, Any]:
+    """An outline as keys of a scene, with what a table says of holes, edges and points besides."""
+    holes, edges, points = (table.get(name) or kind() for name, kind in (("holes", list), ("edges", dict), ("points", dict)))
+    if not isinstance(holes, list) or not isinstance(edges, dict) or not isinstance(points, dict):
+        return {"corners": _plain(shape.corners)}  # the keys are refused as they are
+    keys = {
+        "corners": _plain(shape.corners),
+        "holes": [*map(_plain, shape.holes), *holes],
+        "edges": {name: _plain(line) for name, line in shape.edges.items()} | edges,
+        "points": {name: _plain(at) for name, at in shape.nodes.items()} | points,
+    }
+    return {key: value for key, value in keys.items() if value}
+
+
 def _lines(name: str, value: Any) -> list[Line]:
     """Polylines; MeshError naming the key."""
     try:
@@ -192,7 +205,7 @@ def _holes(value: Any, corners: Line) -> list[Line]:
             raise MeshError.at(f"holes.{i}", f" = {each!r}: expected {expected}")
         if not all(contains(corners, point) for point in hole):
             raise MeshError.at(f"holes.{i}", f" = {each!r}: expected a hole inside the body")
-        holes.append(hole)
+        holes.append(_counter_clockwise(hole))
     return holes
 
 

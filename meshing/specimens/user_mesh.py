@@ -14,11 +14,13 @@ import numpy as np
 from ..cutting.opening import open_cracks
 from ..errors import MeshError
 from ..files.bands import read_band_mesh
+from ..files.boundary import boundary_outline
 from ..files.reading import read_mesh
 from ..generation.sizes import MeshSizes
 from ..keys import check_keys, key
 from ..paths import Line
 from .base import MAIN_GAUGE, Direction, Gauge, Pressure, Region, polylines
+from .own_outline import stated
 from .registry import register_specimen
 from .user_entries import StatedSetup, are_names, pressures_of, regions_of, unit_vector
 
@@ -35,7 +37,8 @@ class UserMesh(StatedSetup):
     file: str = key("mesh in any format that meshio reads, lengths in mm; relative to the scene file")
     crack: Any = key(
         "name of a set of line cells or nodes on the path, or a polyline (or a list of them) along element edges; in 3D, name "
-        "of a set of triangles or quadrilaterals on the crack surface, or of its nodes; or a list of such names"
+        "of a set of triangles or quadrilaterals on the crack surface, or of its nodes; or a list of such names; or 'grow' "
+        "with a plane mesh, whose boundary and sets become those of a body of kind 'outline', which is meshed again"
     )
     supports: Any = key(
         "list of {at = location, direction = [x, y]}: no motion of these nodes along the direction; with stiffness = N/mm "
@@ -97,6 +100,18 @@ class UserMesh(StatedSetup):
             ("down", None if self.down is None else unit_vector("down", self.down)),
         ):
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def without_script(cls, table: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
+        """The keys of an outline in place of a mesh in which a crack grows."""
+        if table.get("crack") != "grow" or not isinstance(table.get("file"), str):
+            return table
+        keys = [name for name in ("band", "regions", "pressures", "down") if name in table]
+        if keys:
+            raise MeshError.at(keys[0], ": a body in which a crack grows is meshed again; expected no such key")
+        shape = boundary_outline(find(table["file"]), _named(list(table.values())))
+        kept = {key: value for key, value in table.items() if key not in ("kind", "file")}
+        return {"kind": "outline"} | kept | stated(shape, {})
 
     def located(self, find: Callable[[str], Path]) -> UserMesh:
         """The same specimen, its file found."""
@@ -169,3 +184,13 @@ class UserMesh(StatedSetup):
     def gravity(self) -> Direction | None:
         """As the key `down` says."""
         return None if self.down is None else tuple(self.down)
+
+
+def _named(value: Any) -> list[str]:
+    """The sets that entries of supports, drives and gauges name."""
+    if isinstance(value, list):
+        return [name for each in value for name in _named(each)]
+    if not isinstance(value, Mapping):
+        return []
+    own = [value[end] for end in ("at", "against", "plus", "minus") if isinstance(value.get(end), str)]
+    return [*own, *_named(list(value.values()))]

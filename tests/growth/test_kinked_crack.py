@@ -52,7 +52,7 @@ def test_short_rays_tell_the_largest_hoop_stress() -> None:
 def _direction_of_rays(slant: float, size: float) -> float:
     """Turn that rays of 12 elements tell at the notch of a plate before it cracks, degrees."""
     search = Search(slanted_notch(slant, size, grow__radius=12 * size))
-    cracks = search.starts()
+    cracks = search.starts
     crack = cracks[0]
     scene = search.scene.along(trial_lines(cracks, search.body)).with_(**{"stage.0.to": 1e-6, "stage.0.steps": 1})
     model = build(scene)
@@ -82,7 +82,7 @@ def test_a_segment_that_does_not_slide_goes_where_fracture_mechanics_sends_it(sl
     wanted = direction_without_sliding(slant, 0.08)
     search = Search(slanted_notch(slant, 0.1, grow__segment=0.8, grow__criterion="symmetry"))
     turns = wanted - 4.0, wanted + 4.0
-    slides = [search.slide(search.starts(), 0, -math.radians(turn)) for turn in turns]
+    slides = [search.slide(search.starts, 0, -math.radians(turn)) for turn in turns]
     root = turns[0] - slides[0] * (turns[1] - turns[0]) / (slides[1] - slides[0])
     assert root == pytest.approx(wanted, abs=tolerance)
 

@@ -217,10 +217,10 @@ def test_a_tip_that_is_not_seen_to_slide_follows_the_stress_and_is_named() -> No
     [
         (
             {"model.dimension": 3},
-            r"^specimen.crack = 'grow': paths are found in the plane only; expected model.dimension = 2$",
+            r"^specimen.crack = 'grow': crack fronts are given, not found; expected grow.extrude = true, which finds the path",
         ),
         ({"model.half": True, "specimen.notch_position": 0.0}, r"^specimen.crack = 'grow': .* expected model.half = false$"),
-        ({"specimen.notch": 0.0}, r"^specimen.crack = 'grow': this notched-beam has no notch; expected grow.starts$"),
+        ({"grow.extrude": True}, r"^specimen.crack = 'grow': nothing is extruded in the plane; expected model.dimension = 3$"),
         ({"grow.criterion": "energy"}, r"^grow.criterion = 'energy': expected 'stress' or 'symmetry'$"),
         ({"grow.segment": 0.0}, r"^grow.segment = 0.0: expected a number above 0, in mm$"),
         ({"grow.starts": [{"at": [0, 0]}]}, r"^grow.starts = .*expected a list of \{at = \[x, y\], direction = \[x, y\]\}$"),
@@ -255,7 +255,7 @@ def test_a_tip_is_critical_under_any_control_and_beside_a_weight() -> None:
 
     def load(**changes: Any) -> float:
         search = Search(eccentric_beam(stage__0__steps=80, **changes))
-        (crack,) = search.starts()
+        (crack,) = search.starts
         lines = trial_lines([crack], search.body)
         trial = run_trial(search.scene, lines, [(crack.tip, crack.heading)], search.radius, LARGEST_TURN, True)
         assert trial.critical[0] is not None

@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
 from cohesive import NotConverged, Result, Scene, run
+from cohesive.commands.command_line import main
 from cohesive.elements.rotations import major_stress
+from cohesive.scenes.scene import built_in
 
 
 def eccentric(**changes: Any) -> Scene:
@@ -73,7 +76,11 @@ def test_an_even_moment_leaves_the_place_free() -> None:
     assert not note.startswith("warning") and "whose place is free" in note
 
 
-@pytest.mark.parametrize("name", ["push-off", "notched-beam", "four-point-beam", "nooru-mohamed-4b", "single-crack"])
+#: those that are run each time; the others are `long`
+OFTEN = ["push-off", "notched-beam", "four-point-beam", "nooru-mohamed-4b", "single-crack"]
+
+
+@pytest.mark.parametrize("name", [n if n in OFTEN else pytest.param(n, marks=pytest.mark.long) for n in built_in()])
 def test_of_the_built_in_scenes_push_off_alone_speaks(name: str) -> None:
     assert (run(Scene.load(name).with_(**{"output.frames": 0})).off_path is not None) == (name == "push-off")
 
@@ -100,3 +107,16 @@ def test_the_edge_of_a_hole_beside_the_path_speaks() -> None:
     assert off is not None and not off.is_even and 1.1 < off.times < 1.5
     assert off.place == pytest.approx([40.0, 45.0], abs=5.0)
     assert max(y for _, y in off.line) == pytest.approx(150.0)
+
+
+def test_the_command_runs_the_other_crack_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A short run ends in the figure that its crack does not give, in the folder too; the other one speaks of nothing."""
+    (tmp_path / "beam.toml").write_text(tomli_w.dumps(eccentric().data))
+    assert main(["run", str(tmp_path / "beam.toml"), "-o", str(tmp_path / "out")]) == 0
+    result = Result.load(tmp_path / "out")
+    (note,) = (note for note in result.notes if note.startswith("a straight crack there gives a peak load of "))
+    assert note in capsys.readouterr().out
+    peak = float(note.split()[9])
+    assert result.off_path is not None and result.off_path.load < peak < 0.6 * result.peak_load
+    there = run(result.off_path.scene(result.scene))
+    assert there.peak_load == pytest.approx(peak, rel=1e-4) and there.off_path is None

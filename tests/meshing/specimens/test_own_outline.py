@@ -1,17 +1,19 @@
-"""A plane body of the user's own outline, from corners or a .geo file."""
+"""A plane body of the user's own outline, from corners, a .geo or a STEP file."""
 
 from __future__ import annotations
 
 import math
+import re
 from itertools import permutations
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from cohesive import SceneError
+from cohesive import Scene, SceneError
 from meshing import MeshError
-from meshing.files.geo import read_outline
+from meshing.files.geo import read_outline, read_step
+from meshing.generation.session import session
 from tests.growth.beams import outlined_beam
 from tests.meshing.measures import areas
 
@@ -54,7 +56,7 @@ def test_notches_start_cracks_at_their_ends_in_the_body() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"specimen.corners": None}, r"^specimen.corners, file: expected one of these keys$"),
+        ({"specimen.corners": None}, r"^specimen.corners, file, step: expected one of these keys$"),
         ({"specimen.corners": [[0, 0], "a"]}, r"^specimen.corners = "),
         ({"specimen.edges": {"top": 3}}, r"^specimen.edges.top = "),
         ({"specimen.supports": []}, r"^specimen.supports = \[\]: expected a list"),
@@ -136,3 +138,55 @@ Circle(6) = {8, 7, 9}; Circle(7) = {9, 7, 8}; Curve Loop(2) = {6, 7};
     a = math.radians(90 / 24)
     square = 100.0 - 6.25 * math.pi * math.sin(a) / a
     assert outline.area == pytest.approx(square - 24 * math.sin(math.pi / 24), rel=1e-9)
+
+
+def test_a_hole_may_run_either_way_round() -> None:
+    """gmsh loses the crack beside one that runs clockwise."""
+    holes = [[[40.0, 40.0], [50.0, 60.0], [50.0, 40.0]], [[-20.0, 40.0], [-10.0, 40.0], [-10.0, 60.0]]]
+    scene = outlined_beam(specimen__holes=holes).without_search([[-50.0, 20.0], [-50.0, 80.0]])
+    mesh = scene.specimen.mesh(scene.sizes)
+    assert sum(float(block.sum()) for block in areas(mesh)) == pytest.approx(250.0 * 80.0 - 200.0, rel=1e-9)
+
+
+def write_step(path: Path, unit: str = "SI_UNIT(.MILLI.,.METRE.)", solid: bool = False, height: float = 0.0) -> Path:
+    """A plate of 100 x 50 with a circle of 20 in it, in a unit."""
+    with session() as gmsh:
+        occ = gmsh.model.occ
+        plate, circle = occ.addRectangle(0, 0, height, 100, 50), occ.addDisk(60, 25, height, 10, 10)
+        occ.cut([(2, plate)], [(2, circle)])
+        if solid:
+            occ.extrude([(2, plate)], 0, 0, 10)
+        occ.synchronize()
+        gmsh.write(str(path))
+    path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", unit))
+    return path
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("SI_UNIT(.MILLI.,.METRE.)", 1.0), ("SI_UNIT($,.METRE.)", 1000.0)])
+def test_a_step_file_is_read_in_its_unit(tmp_path: Path, unit: str, factor: float) -> None:
+    """What stands beside it is not read: gmsh would run a file of options of the same name."""
+    path = write_step(tmp_path / "plate.step", unit)
+    (tmp_path / "plate.step.opt").write_text(f'Printf("ran") > "{tmp_path / "ran"}";')
+    beam = outlined_beam()
+    specimen = {key: value for key, value in beam.data["specimen"].items() if key != "corners"} | {"step": "plate.step"}
+    made = Scene(beam.data | {"specimen": specimen}, tmp_path).data["specimen"]
+    assert "step" not in made and len(made["holes"][0]) == 24
+    assert sorted(made["corners"]) == [[0, 0], [0, 50 * factor], [100 * factor, 0], [100 * factor, 50 * factor]]
+    assert read_step(path).area == pytest.approx((5000 - 12 * 100 * math.sin(math.pi / 12)) * factor**2, rel=1e-9)
+    assert not (tmp_path / "ran").exists()
+
+
+def test_a_step_file_that_is_no_plane_body_in_a_known_unit_is_refused(tmp_path: Path) -> None:
+    path = write_step(tmp_path / "plate.step")
+    other = "(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT() );"
+    path.write_text(re.sub(r"\(\s*LENGTH_UNIT\(\)[^;]*;", other, path.read_text()))
+    with pytest.raises(MeshError, match=r"^step = '.*': it states no unit of length; expected a STEP file with a"):
+        read_step(path)
+    with pytest.raises(MeshError, match=r"^step = '.*': it has 7 faces; expected one$"):
+        read_step(write_step(tmp_path / "solid.step", solid=True))
+    with pytest.raises(MeshError, match=r"^step = '.*': its face has z from 3 to 3; expected one in the plane z = 0$"):
+        read_step(write_step(tmp_path / "high.step", height=3.0))
+    with pytest.raises(MeshError, match=r"^step = '.*none.step': there is no such file$"):
+        read_step(tmp_path / "none.step")
+    with pytest.raises(SceneError, match=r"^specimen.corners, file, step: expected one of these keys$"):
+        outlined_beam(specimen__step="plate.step")
