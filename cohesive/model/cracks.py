@@ -55,6 +55,10 @@ class CrackPart(ABC):
         """Stress of the softening curve that each damaged point has come to, over ft, (p,); inf if it is undamaged. In a band
         the least of its planes."""
 
+    @abstractmethod
+    def law_values(self, state: State) -> dict[str, Array]:
+        """Quantities of the law's own at each point, (p,) each, by the names of their columns."""
+
     def cell_values(self, state: State) -> dict[str, Array]:
         """Means of `point_values` over the cells."""
         count = np.bincount(self.cell)

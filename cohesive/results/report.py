@@ -43,7 +43,7 @@ def summary(data: RunData) -> str:
         f"dissipated: {h['dissipated'][-1]:.5g} N mm{full}; the last load is {100 * last:.1f} % of the largest",
         f"energy balance: work {h['work'][-1]:.5g} = "
         + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
-        + f" N mm, error {data.energy_error:.1e} of the work"
+        + (f" N mm, error {data.energy_error:.1e} of the work" if data.law.is_checked else " N mm, not checked")
         + (_worst_step(data) if data.energy_error > _DOUBTED else ""),
         _crack_line(data),
         f"steps: {data.steps}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
@@ -57,12 +57,13 @@ def _full_energy(data: RunData) -> str:
         return ""
     left = 1.0 - data.history["dissipated"][-1] / data.full_energy
     width = "l_ch" if data.is_smeared else "w"
-    opening = f" of {data.full_energy:.5g} N mm = (Gf + ft^2 {width} / 2E) x crack area"
+    opening = f" of {data.full_energy:.5g} N mm = {data.law.energy_text(width)} x crack area"
     if left >= 0:
         return f"{opening}; {100 * left:.1f} % is left"
-    material = data.scene.material
-    sliding = material.most_dissipated(data.width) * material.Gf * (data.facts.crack_area or 0.0)
-    return f"{opening}, which opening alone takes; sliding alone takes up to {sliding:.5g} N mm, and more under pressure"
+    sliding, alone = data.law.most_dissipated * (data.facts.crack_area or 0.0), f"{opening}, which opening alone takes"
+    if sliding == np.inf:
+        return alone
+    return f"{alone}; sliding alone takes up to {sliding:.5g} N mm, and more under pressure"
 
 
 def _worst_step(data: RunData) -> str:

@@ -18,6 +18,8 @@ from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
+from ..law.crack_plane import DEFAULT_LAW
+from ..law.registry import LAWS, LawKeys
 from ..law.widths import default_band_width
 from ..solver.columns import Column, columns_of
 from ..solver.stages import Stage
@@ -40,7 +42,7 @@ TABLES: dict[str, type] = {
     "output": OutputOptions,
 }
 
-#: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
+#: elements to `LawKeys.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
 ELEMENTS_IN_ZONE, COARSENING = 12, 8.0
 
 #: value of `specimen.crack` with which the path is found
@@ -77,7 +79,7 @@ class Inputs:
 
     Attributes
     ----------
-    title, kind, specimen, material, interface, model, band, solver, output : its tables
+    title, kind, specimen, law, material, interface, model, band, solver, output : its tables
     sizes : of the elements, those that follow by rule among them; None with a user mesh
     reference, grow : None if the scene names no measured curve, looks for no path
     stages : tuple of Stage
@@ -87,6 +89,7 @@ class Inputs:
     title: str
     kind: str
     specimen: Specimen
+    law: LawKeys
     material: Concrete
     sizes: MeshSizes | None
     interface: InterfaceOptions
@@ -135,7 +138,12 @@ class Inputs:
         """This width if the scene names none, mm: by rule, at most the width of the notch."""
         known(self.kind, "the width of its band", self.sizes)
         notch = getattr(self.specimen, "notch_width", 0.0) or math.inf
-        return min(default_band_width(self.crack_length, self.material), notch)
+        return min(default_band_width(self.crack_length, self.zone_length), notch)
+
+    @property
+    def zone_length(self) -> float:
+        """What sizes and widths go by, see `LawKeys`, mm."""
+        return self.law.zone_length(self.material)
 
 
 def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -162,20 +170,21 @@ def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
     SceneError
         Naming the key that is missing, unknown, of the wrong type or out of range.
     """
-    check_known("", data, ("title", "specimen", *TABLES))
+    check_known("", data, ("title", "specimen", "law", *TABLES))
     title = data.get("title", "untitled")
     if not isinstance(title, str):
         raise refuse("title", title, "a string")
     kind, specimen = _specimen(data)
     specimen = specimen.located(find)
-    material = _material(data)
+    law, material = _law_and_material(data)
     model = build_table(ModelOptions, table_of(data, "model"), "model")
     inputs = Inputs(
         title,
         kind,
         specimen,
+        law,
         material,
-        _sizes(data, kind, specimen, material, model),
+        _sizes(data, kind, specimen, law.zone_length(material), model),
         build_table(InterfaceOptions, table_of(data, "interface"), "interface"),
         model,
         build_table(BandOptions, table_of(data, "band"), "band"),
@@ -184,7 +193,7 @@ def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
         build_table(ReferenceOptions, table_of(data, "reference"), "reference") if "reference" in data else None,
         _grow(data, specimen),
         _stages(data),
-        columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces())),
+        columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces()), law.columns),
     )
     for name in [] if inputs.reference is None else inputs.reference.files:
         _check_file(name, find)
@@ -209,8 +218,15 @@ def _specimen(data: Mapping[str, Any]) -> tuple[str, Specimen]:
     return kind, build_table(SPECIMENS[kind], table, "specimen")
 
 
-def _material(data: Mapping[str, Any]) -> Concrete:
+def _law_and_material(data: Mapping[str, Any]) -> tuple[LawKeys, Concrete]:
+    """What [law] and [material] say; a law with scales of its own gives the material's ft and Gf, if they are left out."""
     table = table_of(data, "material", required=True)
+    name = table.pop("law", DEFAULT_LAW)
+    if not isinstance(name, str) or name not in LAWS:
+        raise refuse("material.law", name, f"one of {', '.join(LAWS)}{hint(name, LAWS)}; others after register_law")
+    law = build_table(LAWS[name], table_of(data, "law"), "law")
+    if (scales := law.scales()) is not None:
+        table = dict(zip(("ft", "Gf"), scales, strict=True)) | table
     preset = table.pop("preset", None)
     if preset is not None:
         if not isinstance(preset, str) or preset not in PRESETS:
@@ -219,11 +235,11 @@ def _material(data: Mapping[str, Any]) -> Concrete:
             table = with_preset(preset, table)
         except ParameterError as error:  # of a softening that is none
             raise SceneError(f"material.{error}", f"material.{error.key}") from None
-    return build_table(Concrete, table, "material")
+    return law, build_table(Concrete, table, "material")
 
 
 def _sizes(
-    data: Mapping[str, Any], kind: str, specimen: Specimen, material: Concrete, model: ModelOptions
+    data: Mapping[str, Any], kind: str, specimen: Specimen, zone_length: float, model: ModelOptions
 ) -> MeshSizes | None:
     """[mesh] with what it leaves out: enough elements along the crack and within its process zone, their order."""
     if not specimen.is_sized:
@@ -233,8 +249,7 @@ def _sizes(
     table = table_of(data, "mesh")
     if "crack_size" not in table:
         length = known(kind, "the length of its crack", _path_length(specimen))
-        along, zone = length / specimen.elements_along, material.zone_length
-        table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
+        table["crack_size"] = min(length / specimen.elements_along, zone_length / ELEMENTS_IN_ZONE)
     if "far_size" not in table and is_a(table["crack_size"], float):
         table["far_size"] = COARSENING * table["crack_size"]
     table.setdefault("order", 2 if _dimension(specimen, model) == 2 else 1)
@@ -297,6 +312,12 @@ def _check_model(inputs: Inputs) -> None:
     if model.dimension is not None and model.dimension not in dimensions:
         what = f"{' or '.join(map(str, dimensions))} with a {inputs.kind}" if dimensions else "no such key, the mesh tells"
         raise refuse("model.dimension", model.dimension, what)
+    if not inputs.law.takes_width:
+        own = "the law has a stiffness of its own, and takes no width; expected"
+        if model.kind == "smeared":
+            raise SceneError.at("model.kind", f" = 'smeared': {own} 'discrete', or a law that takes that of the band")
+        if inputs.interface.width is not None:
+            raise SceneError.at("interface.width", f" = {inputs.interface.width}: {own} no such key")
     if dimensions == (3,) and model.plane == "strain":
         raise SceneError.at("model.plane", f" = 'strain': a {inputs.kind} is no plane body; expected no such key")
     named = getattr(specimen, "band", None)
