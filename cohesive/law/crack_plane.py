@@ -62,6 +62,7 @@ class CrackPlane(Law):
         else:
             self.width = float(width)
         self.concrete = concrete
+        self.makes_energy = concrete.contact == "printed"
         self.Zt: Any = self.width * concrete.ft / concrete.E
         rise = concrete.steepest_rise
         if rise is not None and not np.max(self.Zt, initial=0.0) < rise.largest_Zt:
@@ -71,7 +72,7 @@ class CrackPlane(Law):
         return f"CrackPlane({self.concrete!r}, width={self.width!r})"
 
     def built_for(self, concrete: Concrete, width: Any, components: int = 2) -> CrackPlane:
-        return CrackPlane(concrete, width)
+        return CrackPlaneKeys().built_for(concrete, width, components)
 
     def with_width(self, width: float | Array) -> CrackPlane:
         return CrackPlane(self.concrete, width)
@@ -319,7 +320,9 @@ class CrackPlaneKeys(LawKeys):
     takes_width = is_differentiated = True
 
     def built_for(self, concrete: Concrete, width: Any, components: int = 2) -> CrackPlane:
-        return CrackPlane(concrete, width)
+        plane = CrackPlane(concrete, width)
+        plane.components = components
+        return plane
 
     def zone_length(self, concrete: Concrete) -> float:
         return concrete.zone_length

@@ -76,7 +76,7 @@ class Law(LawKeys):
     concrete: Concrete
     width: Any
     components: int = 2
-    makes_energy: ClassVar[bool] = False
+    makes_energy: bool = False
 
     # -- what a law writes ----------------------------------------------------------------------
 
@@ -154,10 +154,13 @@ class Law(LawKeys):
             contact = self.contact_work(jump0, history0, jump, history)
             return np.asarray(work - self.stored_energy(jump, history) + stored - contact)
 
+        return lost(jump1), self.slope(lost, jump1)
+
+    def slope(self, value: Callable[[Array], Array], jump: Array) -> Array:
+        """Derivative of a quantity of the planes, (n,), in their jumps, (n, d), by central differences."""
         step = _CHANGE * self.onset_jump
-        ways = step * np.eye(jump1.shape[1])
-        slope = [(lost(jump1 + way) - lost(jump1 - way)) / (2.0 * step) for way in ways]
-        return lost(jump1), np.stack(slope, axis=1)
+        ways = step * np.eye(jump.shape[1])
+        return np.stack([(value(jump + way) - value(jump - way)) / (2.0 * step) for way in ways], axis=1)
 
     @property
     def is_checked(self) -> bool:
@@ -173,6 +176,10 @@ class Law(LawKeys):
         both = self.contact_traction(jump0, history0) + self.contact_traction(jump1, history1)
         return np.asarray(0.5 * np.einsum("ni,ni->n", both, jump1 - jump0))
 
+    def is_damaged(self, history: Array) -> Mask:
+        """Whether a plane is not what it was, (n,): it remembers anything."""
+        return np.asarray((history != self.initial(len(history))).reshape(len(history), -1).any(axis=1))
+
     def is_damaging(self, jump: Array, history: Array) -> Mask:
         """Whether this jump changes the history for good, (n,): loading and unloading tangent differ there."""
         loading, unloading = (self.update(jump, history, frozen)[1] for frozen in (False, True))
@@ -181,7 +188,7 @@ class Law(LawKeys):
 
     def is_on_surface(self, jump: Array, history: Array) -> Mask:
         """Whether a plane that is damaged stands where more deformation damages it further, (n,)."""
-        return np.asarray(self.is_damaging(jump, history) & self._is_changed(history))
+        return np.asarray(self.is_damaging(jump, history) & self.is_damaged(history))
 
     def is_fully_softened(self, history: Array) -> Mask:
         """Whether opening can bring no traction back, (n,)."""
@@ -189,11 +196,11 @@ class Law(LawKeys):
 
     def strength_left(self, history: Array) -> Array:
         """Largest traction that opening still meets, over the strength, (n,); inf for a plane that is not damaged."""
-        return np.where(self._is_changed(history), self._left(history), np.inf)
+        return np.where(self.is_damaged(history), self._left(history), np.inf)
 
     def damage(self, history: Array) -> Array:
         """From 0 to 1, (n,), for pictures: the part of the strength that is lost."""
-        return np.where(self._is_changed(history), np.clip(1.0 - self._left(history), 0.0, 1.0), 0.0)
+        return np.where(self.is_damaged(history), np.clip(1.0 - self._left(history), 0.0, 1.0), 0.0)
 
     def fields(self, jump: Array, history: Array) -> dict[str, Array]:
         """Quantities of its own at each point, (n,) each, by the names of `columns`: for files, pictures and the history."""
@@ -212,10 +219,6 @@ class Law(LawKeys):
     def energy_text(self, width: str) -> str:
         """What the energy of separation is, in words, with the name of the width."""
         return "energy of separation"
-
-    def _is_changed(self, history: Array) -> Mask:
-        """Whether a plane remembers anything, (n,)."""
-        return np.asarray((history != self.initial(len(history))).reshape(len(history), -1).any(axis=1))
 
     def _left(self, history: Array) -> Array:
         """Largest traction of a trial opening from rest, over the strength, (n,)."""
