@@ -12,7 +12,10 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from meshing.keys import check_keys
+
 from ..arrays import Array, Mask
+from ..errors import ParameterError
 from .concrete import Concrete
 
 #: tangents that differ by less than this part of the stiffness are equal
@@ -40,6 +43,9 @@ class LawKeys(ABC):
     takes_width: ClassVar[bool] = False
     is_differentiated: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, str]] = {}
+
+    def __post_init__(self) -> None:
+        check_keys(self, ParameterError)
 
     @abstractmethod
     def built_for(self, concrete: Concrete, width: Any, components: int = 2) -> Law:

@@ -98,7 +98,8 @@ def _modelled(scene: Scene, model: Model) -> Sequence[str]:
     points = f"{len(model.cracks.weights)} points"
     left_out = "cracks off the given path, "
     if model.mesh.crack is not None:
-        cracks = f"{len(model.mesh.crack.data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
+        width = f", width {model.cracks.width:.3g} mm" if scene.law.takes_width else ""
+        cracks = f"{len(model.mesh.crack.data)} zero-thickness crack cells, {points}{width}"
     elif model.cracks.faces is not None:
         cracks = f"a crack band of {count(model.band)}, {points}, width {model.cracks.width:.3g} mm"
         left_out = "cracks off the band, "

@@ -125,7 +125,8 @@ def _crack_line(data: RunData) -> str:
     if data.is_smeared:
         return data.facts.damaged
     added = 100 * data.added_compliance()
-    return f"elastic compliance of {_measured(data)}: +{added:.2f} % from the interface width of {data.width:.3g} mm"
+    source = f"interface width of {data.width:.3g} mm" if data.scene.law.takes_width else "stiffness of the law"
+    return f"elastic compliance of {_measured(data)}: +{added:.2f} % from the {source}"
 
 
 def _measured(data: RunData) -> str:
@@ -137,7 +138,7 @@ def _soft_cracks(data: RunData) -> str:
     """A warning if the interface's width is felt before anything cracks; empty if not. Crack planes in series, as of a net of
     cracks, add up."""
     added = data.added_compliance()
-    if data.is_smeared or added <= _ADDED:
+    if data.is_smeared or added <= _ADDED or not data.scene.law.takes_width:
         return ""
     enough = 0.99 * _ADDED / added * data.width  # what it adds grows with it
     return (

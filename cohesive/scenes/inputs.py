@@ -224,7 +224,10 @@ def _law_and_material(data: Mapping[str, Any]) -> tuple[LawKeys, Concrete]:
     name = table.pop("law", DEFAULT_LAW)
     if not isinstance(name, str) or name not in LAWS:
         raise refuse("material.law", name, f"one of {', '.join(LAWS)}{hint(name, LAWS)}; others after register_law")
-    law = build_table(LAWS[name], table_of(data, "law"), "law")
+    keys = table_of(data, "law")
+    if keys and not fields(LAWS[name]):
+        raise SceneError.at("law", f": the law {name!r} has no keys of its own; expected no such table, or another material.law")
+    law = build_table(LAWS[name], keys, "law")
     if (scales := law.scales()) is not None:
         table = dict(zip(("ft", "Gf"), scales, strict=True)) | table
     preset = table.pop("preset", None)
