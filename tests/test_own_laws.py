@@ -73,7 +73,7 @@ def test_its_derivatives_are_differences() -> None:
         ({"law.q": 1.0}, "law.q: unknown key; expected one of r"),
         ({"law.r": -1.0}, "law.r = -1.0: expected a number above 0"),
         ({"law.r": "a"}, "law.r = 'a': expected a finite number"),
-        ({"material.law": "crack-plane", "law.r": 1.0}, "has no keys of its own"),
+        ({"material.law": "crack-plane", "law.r": 1.0}, "law.r: unknown key; expected none"),
         ({"material.law": "ppr", "model.kind": "smeared"}, "takes no width; expected 'discrete'"),
         ({"material.law": "ppr", "interface.width": 0.1}, "takes no width; expected no such key"),
     ],

@@ -15,8 +15,8 @@ from ..errors import SceneError, TooCostly
 from ..law.concrete import Concrete
 from ..model.model import Model
 from ..model.prepared import Prepared, prepare
-from ..scenes.inputs import table_hint
 from ..scenes.scene import Scene
+from ..scenes.table_reader import table_hint
 from ..solver.problem import Problem
 from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
 from ..solver.stages import Stage

@@ -13,7 +13,7 @@ from meshing.specimens import SPECIMENS
 
 from ..law.crack_plane import DEFAULT_LAW
 from ..law.registry import LAWS
-from .inputs import TABLES, alternatives
+from .table_reader import TABLES, alternatives
 
 _TYPES = {float: "number", int: "whole number", str: "string", bool: "true or false"}
 
