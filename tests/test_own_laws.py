@@ -13,6 +13,7 @@ import pytest
 
 from cohesive import Interrupted, Result, Scene, SceneError, compare, resume, run, sensitivities
 from cohesive.scenes.keys import scene_keys
+from examples import rubbing
 from examples.coulomb import Coulomb
 from examples.own_law import Bilinear
 from examples.ppr import PPR
@@ -134,3 +135,10 @@ def test_a_script_is_a_command_line(tmp_path: Path) -> None:
     assert "law my-bilinear" in call("run", "from/scene.toml", "-o", "out")
     assert "report.html" in call("report", "out")
     assert "run-2" in call("sweep", "from/scene.toml", "--vary", "law.r=0.4,0.8", "-o", "sweep")
+
+
+def test_the_printed_law_slides_back_and_friction_does_not() -> None:
+    work = rubbing.main(points=60)
+    assert abs(work["printed contact"]) < 1e-9
+    slides = 0.5 * 1.5  # mu times the pressure
+    assert work["Coulomb friction"] == pytest.approx(4.0 * slides * (0.3 - slides / 150.0), rel=0.03)
