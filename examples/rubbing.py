@@ -50,7 +50,7 @@ def main(plot: Path | None = None, points: int = 300) -> dict[str, float]:
         figure = new_figure(9.0, 3.8)
         for axes, (name, (sliding, shear)) in zip(figure.subplots(1, 2), curves.items(), strict=True):
             axes.plot(sliding, shear, color="C0")
-            axes.set(title=f"{name}: {work[name]:.2f} N/mm lost in a loop", xlabel="sliding (mm)", ylabel="shear traction (MPa)")
+            axes.set(title=f"{name}: {work[name]:.2f} N/mm lost in a loop", xlabel="sliding (mm)", ylabel="shear (MPa)")
             axes.axhline(0.0, color="0.5", linewidth=0.6)
         save(figure, plot)
     return work
