@@ -43,6 +43,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     studies/test_sweep.py                    processes of a script, runs that fail, pictures
     studies/test_trade.py                    all settings in 2D, those in 3D, processes
     test_examples.py                         those of seconds: found paths, cycles, accuracy, benchmarks, laboratories
+    test_own_laws.py                         laws of scripts: both models, saved and resumed, as a command line
     test_examples_of_the_paper.py            Examples 2 to 4 of the paper
     test_extremes.py                         maps of extremes, the corrected contact
     test_random_scenes.py                    57 of the 60 small scenes, two that repeat, most of the twins

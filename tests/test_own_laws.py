@@ -27,6 +27,7 @@ BEAM = Scene.load("notched-beam").with_(
 
 
 
+@pytest.mark.long
 def test_a_bilinear_law_is_the_linear_softening_curve_in_both_models() -> None:
     """As long as the crack only opens."""
     own = compare(BEAM)
@@ -45,6 +46,7 @@ def test_a_balance_that_checks_nothing_says_so() -> None:
     assert result.dissipated_energy > 0 and result.full_energy == pytest.approx(0.07 * 1250.0)
 
 
+@pytest.mark.long
 def test_it_is_saved_loaded_pickled_and_resumed(tmp_path: Path) -> None:
     whole = run(BEAM)
 
@@ -120,6 +122,7 @@ def test_heats_of_damage_and_friction_are_told_apart() -> None:
     assert set(Coulomb.columns) == {"damage_heat", "friction_heat"}
 
 
+@pytest.mark.long
 def test_a_script_is_a_command_line(tmp_path: Path) -> None:
     """`python own_law.py run scene.toml`: the file with the law, copied out of the package."""
     source = (ROOT / "examples" / "own_law.py").read_text(encoding="utf-8")
