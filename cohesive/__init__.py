@@ -8,6 +8,7 @@ _NAMES = {
     "cohesive.errors": "Interrupted NotConverged SceneError",
     "cohesive.law.concrete": "Concrete",
     "cohesive.law.crack_plane": "CrackPlane",
+    "cohesive.law.registry": "Law register_law",
     "cohesive.law.softening": "register_softening",
     "cohesive.measured.curve": "Measured",
     "cohesive.measured.reading": "read_measured",
@@ -45,6 +46,8 @@ if TYPE_CHECKING:  # the same names once more, each re-exported by its "as"
     from .fitting.sensitivities import sensitivities as sensitivities
     from .law.concrete import Concrete as Concrete
     from .law.crack_plane import CrackPlane as CrackPlane
+    from .law.registry import Law as Law
+    from .law.registry import register_law as register_law
     from .law.softening import register_softening as register_softening
     from .measured.curve import Measured as Measured
     from .measured.reading import read_measured as read_measured

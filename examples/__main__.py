@@ -16,6 +16,7 @@ EXAMPLES = (
     "width_matters",
     "opening_and_closing",
     "aggregate_interlock",
+    "rubbing",
     "discrete_and_smeared",
     "size_effect",
     "crack_that_bends",

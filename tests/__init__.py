@@ -10,12 +10,8 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     cracks/test_band.py                      random walks at two more of Poisson's ratios
     figures/test_cells.py                    many triangles
     figures/test_pictures.py                 five more titles
-<<<<<<< HEAD
     fitting/test_fit.py                      intervals from noise and scatter, shared numbers, choice of a curve, points
-=======
-    fitting/test_fit.py                      intervals from noise and known scatter, shared numbers, the choice of a curve
     growth/test_bodies.py                    a user's mesh, a path that is extruded, two cracks of which one closes
->>>>>>> bodies
     growth/test_kinked_crack.py              rays in a mesh against linear fracture mechanics; short segments
     growth/test_search.py                    a path repeated, from a face, from a .geo file, on turned meshes, from two notches
     growth/test_settled.py                   finer meshes, segments and steps; a beam with a hole
@@ -49,6 +45,7 @@ Marked `long` and left out by `pytest` alone; `pytest -m long` runs them, and so
     studies/test_sweep.py                    processes of a script, runs that fail, pictures
     studies/test_trade.py                    all settings in 2D, those in 3D, processes
     test_examples.py                         those of seconds: found paths, cycles, accuracy, benchmarks, laboratories
+    test_own_laws.py                         laws of scripts: both models, saved and resumed, as a command line
     test_examples_of_the_paper.py            Examples 2 to 4 of the paper
     test_extremes.py                         maps of extremes, the corrected contact
     test_random_scenes.py                    57 of the 60 small scenes, two that repeat, most of the twins

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from ..errors import SceneError
 from ..measured.columns import MOTIONS
 from ..measured.curve import Measured
-from ..scenes.inputs import build_table
 from ..scenes.reference import load_reference, read_with
 from ..scenes.scene import Scene
+from ..scenes.table_reader import build_table
 from ..scenes.tables import OutputOptions, ReferenceOptions
 from .common import Commands, add_set, assignments, is_scene
 

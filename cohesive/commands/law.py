@@ -77,6 +77,6 @@ def _plane(options: argparse.Namespace) -> CrackPlane:
         raise SceneError(f"width = {options.width!r}: expected a number in mm, or h", "width") from None
     try:
         concrete = Concrete.preset(options.preset, **changes)
-        return CrackPlane(concrete, default_width(math.inf, concrete) if options.width is None else width)
+        return CrackPlane(concrete, default_width(math.inf, concrete.zone_length) if options.width is None else width)
     except ValueError as error:
         raise SceneError(str(error)) from None

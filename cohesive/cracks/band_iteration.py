@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..elements.rotations import stress_transformation
-from ..law.crack_plane import CrackPlane
+from ..law.registry import Law
 from .crack_planes import CrackPlanes
 
 MAX_ITERATIONS = 15  # of Box 1, each with one evaluation of the law
@@ -32,7 +32,7 @@ _LENGTHS = 0.5 ** np.arange(1, 8)
 class LocalIteration:
     """The points that have crack planes, and their local iteration: all of them at once, each with its own number of planes.
 
-    `frozen` leaves the damage as it was committed, see `CrackPlane.update`. In the local iteration that holds for its first
+    `frozen` leaves the damage as it was committed, see `Law.update`. In the local iteration that holds for its first
     evaluation only: the first direction is then the elastic one, the iterates that follow may damage.
 
     Arrays over the planes of a point have room for m planes, as many as a point has at most; what is beyond the number of
@@ -40,7 +40,7 @@ class LocalIteration:
 
     Parameters
     ----------
-    plane : CrackPlane, of any width; each crack takes l_ch for its own.
+    law : Law that takes a width, of any; each crack takes l_ch for its own.
     D : (k, k) array, MPa, elasticity.
     compliance : (d,) array, 1/MPa, diagonal of C.
     cracks : CrackPlanes of all points, as committed.
@@ -52,10 +52,10 @@ class LocalIteration:
     planes : (c,) array, the planes of the first of them, of the second, and so on
     """
 
-    def __init__(self, plane: CrackPlane, D: Array, compliance: Array, cracks: CrackPlanes, strain: Array) -> None:
+    def __init__(self, law: Law, D: Array, compliance: Array, cracks: CrackPlanes, strain: Array) -> None:
         self.points, of, self.count = np.unique(cracks.point, return_inverse=True, return_counts=True)
         self.planes = np.argsort(of, kind="stable")
-        self.plane, self.D, self.strain = plane, D, strain[self.points]
+        self.law, self.D, self.strain = law, D, strain[self.points]
         g, m, d = len(self.points), int(self.count.max(initial=0)), cracks.strain.shape[1]
         self.shape = (g, m, d)
         self.has = np.arange(m) < self.count[:, None]  # (g, m), whether a point has such a plane
@@ -64,11 +64,11 @@ class LocalIteration:
         self.ND = self.N @ D
         self.P = self.ND @ self.N.transpose(0, 2, 1)
         self.C = np.tile(compliance, m)
-        self.Z0 = self._on_points(cracks.Z)
+        self.history0 = self._on_points(cracks.history)
         self.e0 = self._on_points(cracks.strain).reshape(g, m * d)
         self.slope0 = self._on_points(cracks.slope).reshape(g, m * d, -1)
         self.has_slopes = (self._on_points(cracks.slope.any(axis=(1, 2)).astype(float)) == self.has).all(axis=1)
-        self.scale = TOL * plane.concrete.ft
+        self.scale = TOL * law.strength
         self.e = self.e0.copy()  # what `solve` finds, and what there is then
         self._values: list[Array] = []
         self._is_frozen = np.zeros(g, dtype=bool)
@@ -88,9 +88,9 @@ class LocalIteration:
         _, m, d = self.shape
         has = self.has[rows]
         length = self.length[rows][has]
-        law = self.plane.with_width(length)
-        on_planes = law.update(e.reshape(-1, m, d)[has] * length[:, None], self.Z0[rows][has], frozen)
-        s, T, Z = np.zeros((len(rows), m * d)), np.zeros((len(rows), m * d, m * d)), np.zeros((len(rows), m))
+        law = self.law.with_width(length)
+        on_planes = law.update(e.reshape(-1, m, d)[has] * length[:, None], self.history0[rows][has], frozen)
+        s, T, Z = np.zeros((len(rows), m * d)), np.zeros((len(rows), m * d, m * d)), np.zeros(self.history0[rows].shape)
         s.reshape(-1, m, d)[has], Z[has] = on_planes[0], on_planes[2]
         row, i = np.nonzero(has)
         T.reshape(-1, m, d, m, d)[row, i, :, i] = on_planes[1] * length[:, None, None]
@@ -131,7 +131,7 @@ class LocalIteration:
         """
         e, (_, m, d), n = e.copy(), self.shape, len(rows)
         floor = 8 * np.finfo(float).eps * float(abs(self.D).max())
-        shapes = (m * d,), (m * d, m * d), (m * d,), (m,), strain.shape[1:]
+        shapes = (m * d,), (m * d, m * d), (m * d,), self.history0.shape[1:], strain.shape[1:]
         values = [np.zeros((n, *shape)) for shape in shapes]
         error, T, is_frozen = values[0], values[1], np.full(n, frozen)
         error[:] = np.inf  # until it is known

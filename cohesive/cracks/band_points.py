@@ -1,8 +1,8 @@
 """Smeared cracks at the points of a band: eqs (22)-(43) and Box 1 of the paper.
 
 The strain of a point splits into an elastic part and the fracture strains of its crack planes. On each plane the stress
-equals the traction of the crack-plane law at the jump l_ch e, where e is the plane's local strain [normal, engineering
-shear] and l_ch the length of the element along its normal: the law is `CrackPlane` with width l_ch, eq. (24).
+equals the traction of a law at the jump l_ch e, where e is the plane's local strain [normal, engineering shear] and l_ch the
+length of the element along its normal: of the crack-plane law with the width l_ch, eq. (24), or of another that takes a width.
 
     sigma = De ( eps - sum_j N_j^T (e_j - C s_j) ),   s_j = law(l_ch e_j),   psi_i = N_i sigma - s_i = 0     (26)-(30), (41)
 
@@ -25,7 +25,7 @@ from ..elements.chords import longest_chord
 from ..elements.rotations import rotations, stress_tensor, stress_transformation
 from ..errors import PointFailure
 from ..law.concrete import Concrete
-from ..law.crack_plane import CrackPlane
+from ..law.registry import Law
 from .band_iteration import LocalIteration
 from .crack_planes import CrackPlanes
 
@@ -48,7 +48,7 @@ class CrackBand:
 
     Parameters
     ----------
-    plane : CrackPlane, of any width; each crack takes l_ch for its own.
+    law : Law that takes a width, of any; each crack takes l_ch for its own.
     D : (k, k) array, MPa, elasticity.
     corners : (p, m, d) array, mm, corners of the element of each point, see `longest_chord`.
     max_cracks : planes per point.
@@ -58,7 +58,7 @@ class CrackBand:
         principal stresses are close, and the least asymmetry of a mesh turns a new plane at will.
     """
 
-    plane: CrackPlane
+    law: Law
     D: Array
     corners: Array
     max_cracks: int = 3
@@ -67,25 +67,24 @@ class CrackBand:
     quantity = "strain"
 
     @property
-    def concrete(self) -> Concrete:
-        return self.plane.concrete
-
-    @property
     def onset_jump(self) -> float:
         span = np.ptp(self.corners, axis=1).max(axis=1).min()
-        return float(span) * self.concrete.ft / self.concrete.E
+        return self.law.with_width(float(span)).onset_jump
+
+    def of_material(self, concrete: Concrete) -> CrackBand:
+        return replace(self, law=self.law.built_for(concrete, self.law.width, self.corners.shape[2]))
 
     @property
     def compliance(self) -> Array:
         """Diagonal of C, 1/MPa: (d,)."""
         d = self.corners.shape[2]
-        return np.asarray(1.0 / self.plane.with_width(1.0).stiffness(d))
+        return np.asarray(1.0 / self.law.with_width(1.0).stiffness(d))
 
     def initial(self) -> BandState:
         p, k, d = len(self.corners), len(self.D), self.corners.shape[2]
         zeros, none = np.zeros((p, k)), np.zeros((0, d))
         at = np.zeros(0, dtype=np.intp)
-        cracks = CrackPlanes(at, np.zeros((0, d, d)), np.zeros(0), none, none, np.zeros(0), np.zeros((0, d, k)))
+        cracks = CrackPlanes(at, np.zeros((0, d, d)), np.zeros(0), none, none, self.law.initial(0), np.zeros((0, d, k)))
         state = BandState(zeros, zeros, cracks)
         return state if self.path_normal is None else self._with_planes(state, np.arange(p), self.path_normal)
 
@@ -110,33 +109,33 @@ class CrackBand:
         tangent = self.elastic().copy()
         cracks = start.planes
         e, traction = cracks.strain.copy(), cracks.traction.copy()
-        Z, slope = cracks.Z.copy(), cracks.slope.copy()
+        history, slope = cracks.history.copy(), cracks.slope.copy()
         if len(cracks.point):
-            local = LocalIteration(self.plane, self.D, self.compliance, cracks, deformation)
+            local = LocalIteration(self.law, self.D, self.compliance, cracks, deformation)
             failed = np.flatnonzero(~local.solve(start.deformation, frozen))
             if failed.size:
-                is_printed = self.concrete.contact == "printed"
-                folds = " (printed contact can fold as a band closes; material.contact = 'potential' cannot)" * is_printed
                 raise PointFailure(
-                    f"the crack planes of {failed.size} point(s) have no solution that continues the last one{folds}; first",
+                    f"the crack planes of {failed.size} point(s) have no solution that continues the last one"
+                    f"{self.law.advice}; first",
                     int(local.points[failed[0]]),
                 )
             points, planes = local.points, local.planes
             stress[points], tangent[points], *rest = local.respond(frozen)
-            traction[planes], Z[planes], slope[planes] = (local.on_planes(each) for each in rest)
+            traction[planes], history[planes], slope[planes] = (local.on_planes(each) for each in rest)
             e[planes] = local.on_planes(local.e.reshape(local.shape))
-        return BandState(deformation, stress, replace(cracks, strain=e, traction=traction, Z=Z, slope=slope)), tangent
+        cracks = replace(cracks, strain=e, traction=traction, history=history, slope=slope)
+        return BandState(deformation, stress, cracks), tangent
 
     def nucleate(self, start: BandState, state: BandState) -> BandState | None:
         """One more plane at the points whose major principal stress in `state` exceeds ft most, undamaged in `start`; none if
         the planes lie on a path."""
         if self.path_normal is not None:
             return None
-        m, cracks = self.concrete, state.planes
+        ft, cracks = self.law.strength, state.planes
         count = np.bincount(cracks.point, minlength=len(self.corners))
         value, vector = np.linalg.eigh(stress_tensor(state.stress))
         value, normal = value[:, ::-1], vector[:, :, ::-1].transpose(0, 2, 1)  # (p, which, component), major first
-        due = (value > m.ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]
+        due = (value > ft * (1.0 + 1e-11)) & (count < self.max_cracks)[:, None]
         # no plane whose normal lies closer than the threshold to one that is there
         if len(cracks.point):
             cosine = abs(np.einsum("cwx,cx->cw", normal[cracks.point], cracks.rotation[:, 0]))
@@ -147,7 +146,7 @@ class CrackBand:
         if not due.any():
             return None
         which = due.argmax(axis=1)  # the largest one that is due
-        excess = np.where(due.any(axis=1), value[np.arange(len(value)), which] - m.ft, 0.0)
+        excess = np.where(due.any(axis=1), value[np.arange(len(value)), which] - ft, 0.0)
         points = np.flatnonzero(excess >= _WORST * excess.max())
         return self._with_planes(start, points, normal[points, which[points]])
 
@@ -161,44 +160,50 @@ class CrackBand:
         old = start.planes
         # elastic at a point without others, whose slopes it would depend on
         slope = np.where((count[points] == 0)[:, None, None], self.compliance[:, None] * (N @ self.D), 0.0)
-        fresh = (points, rotation, length, strain, traction, self.plane.with_width(length).Zt, slope)
-        names = ("point", "rotation", "length", "strain", "traction", "Z", "slope")
+        fresh = (points, rotation, length, strain, traction, self.law.with_width(length).initial(len(length)), slope)
+        names = ("point", "rotation", "length", "strain", "traction", "history", "slope")
         grown = {name: np.concatenate([getattr(old, name), new]) for name, new in zip(names, fresh, strict=True)}
         return replace(start, planes=CrackPlanes(**grown))
 
+    def law_of(self, cracks: CrackPlanes) -> Law:
+        """The law of some planes, each with its own width."""
+        return self.law.with_width(cracks.length)
+
+    def strength_left(self, cracks: CrackPlanes) -> Array:
+        """See `Law.strength_left`, of each plane."""
+        return self.law_of(cracks).strength_left(cracks.history) if len(cracks.point) else np.zeros(0)
+
     def is_damaging(self, deformation: Array, start: BandState) -> bool:
         state, _ = self.update(deformation, start)
-        ended = self.plane.with_width(start.planes.length).has_ended(start.planes.Z)
-        return bool(((state.planes.Z > start.planes.Z) & ~ended).any()) or self.nucleate(start, state) is not None
+        damaging = self.law_of(start.planes).is_damaging(state.planes.jump, start.planes.history)
+        return bool(damaging.any()) or self.nucleate(start, state) is not None
 
     def is_on_surface(self, state: BandState) -> bool:
         cracks = state.planes
-        if not len(cracks.point):
-            return False
-        law = self.plane.with_width(cracks.length)
-        on_surface = law.history(cracks.jump, np.zeros_like(cracks.Z)) >= cracks.Z
-        return bool((on_surface & (cracks.Z > law.Zt) & ~law.has_ended(cracks.Z)).any())
+        return bool(len(cracks.point) and self.law_of(cracks).is_on_surface(cracks.jump, cracks.history).any())
 
     def is_separated(self, state: BandState) -> bool:
         cracks = state.planes
-        softened = self.plane.with_width(cracks.length).is_fully_softened(cracks.Z)
-        softened &= abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.concrete.ft
-        return len(np.unique(cracks.point[softened])) == len(self.corners)
+        gone = abs(cracks.traction).max(axis=1, initial=0.0) < 1e-8 * self.law.strength
+        if len(np.unique(cracks.point[gone])) < len(self.corners):
+            return False
+        gone &= self.law_of(cracks).is_fully_softened(cracks.history)
+        return len(np.unique(cracks.point[gone])) == len(self.corners)
 
     def energies(self, state: BandState) -> tuple[Array, Array]:
         """Elastic energy of the stress, and what the planes store beyond it: the energy of the undamaged part of
         a plane less its share s.C.s / 2 of the former."""
         cracks = state.planes
         elastic = 0.5 * np.einsum("pi,pi->p", state.stress, np.linalg.solve(self.D, state.stress.T).T)
-        law = self.plane.with_width(cracks.length)
-        stored = law.stored_energy(cracks.jump, cracks.Z) / cracks.length
+        law = self.law_of(cracks)
+        stored = law.stored_energy(cracks.jump, cracks.history) / cracks.length
         stored -= 0.5 * (cracks.traction**2 * self.compliance).sum(axis=1)
         return elastic, self._sum(cracks, stored)
 
     def dissipation(self, start: BandState, state: BandState) -> tuple[Array, Array]:
         before, after = start.planes, state.planes
-        law = self.plane.with_width(after.length)
-        value, gradient = law.dissipation(before.jump, before.Z, after.jump, after.Z)
+        law = self.law_of(after)
+        value, gradient = law.dissipation(before.jump, before.history, after.jump, after.history)
         along = np.einsum("cd,cdk->ck", gradient, after.slope)
         total = np.zeros_like(state.deformation)
         np.add.at(total, after.point, along)
@@ -206,8 +211,8 @@ class CrackBand:
 
     def contact_work(self, start: BandState, state: BandState) -> Array:
         before, after = start.planes, state.planes
-        law = self.plane.with_width(after.length)
-        contact = law.contact_traction(before.jump, before.Z) + law.contact_traction(after.jump, after.Z)
+        law = self.law_of(after)
+        contact = law.contact_traction(before.jump, before.history) + law.contact_traction(after.jump, after.history)
         return self._sum(after, 0.5 * np.einsum("ci,ci->c", contact, after.strain - before.strain))
 
     def _sum(self, cracks: CrackPlanes, values: Array) -> Array:

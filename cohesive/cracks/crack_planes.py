@@ -18,7 +18,7 @@ class CrackPlanes:
     length : (c,) array, l_ch, mm.
     strain : (c, d) array, e.
     traction : (c, d) array, MPa.
-    Z : (c,) array, mm.
+    history : (c,) or (c, h) array, of the law.
     slope : (c, d, k) array, de / deps.
     """
 
@@ -27,7 +27,7 @@ class CrackPlanes:
     length: Array
     strain: Array
     traction: Array
-    Z: Array
+    history: Array
     slope: Array
 
     @property

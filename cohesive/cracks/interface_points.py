@@ -1,75 +1,72 @@
-"""The crack-plane law at the points of zero-thickness elements, whose deformation is the jump."""
+"""A law at the points of zero-thickness elements, whose deformation is the jump."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..law.concrete import Concrete
-from ..law.crack_plane import CrackPlane
+from ..law.registry import Law
 
 
 @dataclass(frozen=True)
 class InterfaceState:
-    """Jump (p, d) in mm, traction (p, d) in MPa and history Z (p,) in mm of all points."""
+    """Jump (p, d) in mm, traction (p, d) in MPa and history (p,) or (p, h) of all points."""
 
     deformation: Array
     stress: Array
-    Z: Array
+    history: Array
 
 
 @dataclass(frozen=True)
 class InterfaceLaw:
-    """The crack-plane law at p interface points: a `PointLaw` whose deformation is the jump, its stress the traction."""
+    """A law at p interface points: a `PointLaw` whose deformation is the jump, its stress the traction."""
 
-    plane: CrackPlane
+    law: Law
     size: int
     components: int = 2
     quantity = "jump in mm"
 
     @property
-    def concrete(self) -> Concrete:
-        return self.plane.concrete
-
-    @property
     def onset_jump(self) -> float:
-        return float(self.plane.Zt)
+        return self.law.onset_jump
+
+    def of_material(self, concrete: Concrete) -> InterfaceLaw:
+        return replace(self, law=self.law.built_for(concrete, self.law.width, self.components))
 
     def initial(self) -> InterfaceState:
         zeros = np.zeros((self.size, self.components))
-        return InterfaceState(zeros, zeros, np.full(self.size, self.plane.Zt))
+        return InterfaceState(zeros, zeros, self.law.initial(self.size))
 
     def elastic(self) -> Array:
-        k = np.diag(self.plane.stiffness(self.components))
+        k = np.diag(self.law.stiffness(self.components))
         return np.broadcast_to(k, (self.size, *k.shape))
 
     def update(self, deformation: Array, start: InterfaceState, frozen: bool = False) -> tuple[InterfaceState, Array]:
-        traction, tangent, Z = self.plane.update(deformation, start.Z, frozen)
-        return InterfaceState(deformation, traction, Z), tangent
+        traction, tangent, history = self.law.update(deformation, start.history, frozen)
+        return InterfaceState(deformation, traction, history), tangent
 
     def nucleate(self, start: InterfaceState, state: InterfaceState) -> None:
         """The planes are there from the beginning."""
 
     def is_damaging(self, deformation: Array, start: InterfaceState) -> bool:
-        return bool(((self.plane.history(deformation, start.Z) > start.Z) & ~self.plane.has_ended(start.Z)).any())
+        return bool(self.law.is_damaging(deformation, start.history).any())
 
     def is_on_surface(self, state: InterfaceState) -> bool:
-        on_surface = self.plane.history(state.deformation, np.zeros_like(state.Z)) >= state.Z
-        return bool((on_surface & (state.Z > self.plane.Zt) & ~self.plane.has_ended(state.Z)).any())
+        return bool(self.law.is_on_surface(state.deformation, state.history).any())
 
     def is_separated(self, state: InterfaceState) -> bool:
-        gone = abs(state.stress).max() < 1e-8 * self.concrete.ft
-        return bool(gone) and bool(self.plane.is_fully_softened(state.Z).all())
+        gone = abs(state.stress).max() < 1e-8 * self.law.strength
+        return bool(gone) and bool(self.law.is_fully_softened(state.history).all())
 
     def energies(self, state: InterfaceState) -> tuple[Array, Array]:
-        return np.zeros(self.size), self.plane.stored_energy(state.deformation, state.Z)
+        return np.zeros(self.size), self.law.stored_energy(state.deformation, state.history)
 
     def dissipation(self, start: InterfaceState, state: InterfaceState) -> tuple[Array, Array]:
-        return self.plane.dissipation(start.deformation, start.Z, state.deformation, state.Z)
+        return self.law.dissipation(start.deformation, start.history, state.deformation, state.history)
 
     def contact_work(self, start: InterfaceState, state: InterfaceState) -> Array:
-        # what the traction has besides its first term is exactly zero without contact
-        before, after = (s.stress - self.plane.undamaged_traction(s.deformation, s.Z) for s in (start, state))
+        before, after = (self.law.contact_traction(s.deformation, s.history, s.stress) for s in (start, state))
         return np.asarray(0.5 * np.einsum("ij,ij->i", before + after, state.deformation - start.deformation))

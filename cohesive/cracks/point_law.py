@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from ..arrays import Array
+from ..law.concrete import Concrete
 
 
 class PointLaw(Protocol):
@@ -20,6 +21,9 @@ class PointLaw(Protocol):
     @property
     def onset_jump(self) -> float:
         """Smallest motion that damages, mm."""
+
+    def of_material(self, concrete: Concrete) -> PointLaw:
+        """The same points with another material."""
 
     def initial(self) -> Any:
         """The unloaded, undamaged state."""

@@ -13,12 +13,11 @@ from ..algebra.bordered import INEXACT, Border, Stiffness
 from ..arrays import Array, Index
 from ..errors import SceneError, TooCostly
 from ..law.concrete import Concrete
-from ..law.crack_plane import CrackPlane
 from ..model.build import build
 from ..model.model import Model
 from ..model.prepared import Prepared, prepare
-from ..scenes.inputs import table_hint
 from ..scenes.scene import Scene
+from ..scenes.table_reader import table_hint
 from ..solver.problem import Problem
 from ..solver.sensitivity import Parameter, Sensitivity, is_differentiated, moved
 from ..solver.stages import Stage
@@ -133,6 +132,7 @@ class RepeatedRun:
     def is_exact(self, keys: Sequence[str], stages: Sequence[Stage]) -> bool:
         """Whether the steps of these stages can be differentiated in some keys."""
         whole = self.scene.model.kind == "discrete" and self.scene.solver.condensation != "petsc"
+        whole = whole and self.scene.law.is_differentiated
         plain = all(is_differentiated(stage.control) and not stage.redirects for stage in stages)
         return whole and plain and all(_is_of_law(key) or _is_of_body(key) for key in keys)
 
@@ -166,10 +166,10 @@ class RepeatedRun:
         if not _is_of_law(key) or (key == "material.E" and rows.scene.specimen.regions()):
             return self.model(self.scene.with_(**{**values, key: value}), keeps=False).problem
         own = rows.scene.material
-        material, law = _with_number(own, key, value), problem.point_law
-        point_law = replace(law, plane=CrackPlane(material, law.plane.width))  # type: ignore[type-var, attr-defined]
+        material = _with_number(own, key, value)
         ratio = material.E / own.E
         stiffness = problem.stiffness if ratio == 1.0 else problem.stiffness.scaled(ratio)
+        point_law = problem.point_law.of_material(material)
         return replace(problem, point_law=point_law, stiffness=stiffness, dead_factor=problem.dead_factor / ratio)
 
     def differences(
@@ -252,8 +252,9 @@ def value_of(scene: Scene, key: str) -> float:
     if key.split(".")[0] in _NO_PARAMETERS:
         raise SceneError(f"{key}: the history has no derivative in it; expected a number of the material or the specimen", key)
     place = scene.given(key)
-    if place is None and key.startswith("material.") and key.count(".") == 1:  # a default, or one of a preset
-        place = getattr(scene.material, key.split(".")[1], None)
+    if place is None and key.startswith(("material.", "law.")) and key.count(".") == 1:  # a default, or one of a preset
+        table, name = key.split(".")
+        place = getattr(getattr(scene, table), name, None)
     if isinstance(place, bool) or not isinstance(place, (int, float)):
         meant = table_hint(key)
         raise SceneError(f"{key}: the scene has no number there{meant}; expected a key with a number as its start", key)

@@ -7,6 +7,7 @@ If the print leaves a choice, the parameters of `Concrete` say which one is take
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,12 @@ from .concrete import Concrete
 from .contact_surface import ContactSurface, smoothing_length
 from .potential_contact import potential_contact
 from .printed_contact import printed_contact
+from .registry import Law, LawKeys, register_law
 from .softening_branches import Rise
+from .softening_choice import softening_name
 
 
-class CrackPlane:
+class CrackPlane(Law):
     """Traction of a rough crack plane as a function of the jump between its faces.
 
     Parameters
@@ -59,6 +62,7 @@ class CrackPlane:
         else:
             self.width = float(width)
         self.concrete = concrete
+        self.makes_energy = concrete.contact == "printed"
         self.Zt: Any = self.width * concrete.ft / concrete.E
         rise = concrete.steepest_rise
         if rise is not None and not np.max(self.Zt, initial=0.0) < rise.largest_Zt:
@@ -67,9 +71,42 @@ class CrackPlane:
     def __repr__(self) -> str:
         return f"CrackPlane({self.concrete!r}, width={self.width!r})"
 
+    def built_for(self, concrete: Concrete, width: Any, components: int = 2) -> CrackPlane:
+        return CrackPlaneKeys().built_for(concrete, width, components)
+
     def with_width(self, width: float | Array) -> CrackPlane:
-        """The same law for another width, or for an array of widths."""
         return CrackPlane(self.concrete, width)
+
+    @property
+    def onset_jump(self) -> float:
+        return float(self.Zt)
+
+    @property
+    def most_dissipated(self) -> float:
+        return self.concrete.most_dissipated(self.width) * self.energy
+
+    @property
+    def separation_energy(self) -> float:
+        m = self.concrete
+        return float(m.Gf + m.ft**2 * self.width / (2 * m.E))
+
+    @property
+    def described(self) -> str:
+        return f"{softening_name(self.concrete.softening)} softening"
+
+    def energy_text(self, width: str) -> str:
+        return f"(Gf + ft^2 {width} / 2E)"
+
+    @property
+    def advice(self) -> str:
+        printed = " (printed contact can fold as a band closes; material.contact = 'potential' cannot)"
+        return printed if self.concrete.contact == "printed" else ""
+
+    def check(self, crack_length: float) -> None:
+        self.concrete.check_units(crack_length)
+
+    def initial(self, points: int) -> Array:
+        return np.broadcast_to(self.Zt, points).astype(float)
 
     def stiffness(self, components: int) -> Array:
         """Diagonal of k, eq. (1), MPa/mm: (components,), or (n, components) for an array of widths."""
@@ -155,8 +192,10 @@ class CrackPlane:
         jump, Z = _checked(jump, Z)
         return np.asarray(self.intact(np.maximum(Z, self.Zt))[:, None] * (self.stiffness(jump.shape[1]) * jump))
 
-    def contact_traction(self, jump: Array, Z: Array) -> Array:
+    def contact_traction(self, jump: Array, Z: Array, traction: Array | None = None) -> Array:
         """Second term of eq. (21), (n, d), MPa, at the history `Z` as it stands."""
+        if traction is not None:  # what it has besides its first term is exactly zero without contact
+            return traction - self.undamaged_traction(jump, Z)
         jump, Z = _checked(jump, Z)
         Z = np.maximum(Z, self.Zt)
         result = np.zeros_like(jump)
@@ -186,6 +225,13 @@ class CrackPlane:
     def is_fully_softened(self, Z: Array) -> Mask:
         """Whether opening can bring no traction back, (n,): beyond the end of the curve, or with too little left of it."""
         return np.asarray(Z - self.Zt >= self.concrete.fully_softened)
+
+    def is_damaging(self, jump: Array, Z: Array) -> Mask:
+        return (self.history(jump, Z) > Z) & ~self.has_ended(Z)
+
+    def is_on_surface(self, jump: Array, Z: Array) -> Mask:
+        reached = self.history(jump, np.zeros_like(Z)) >= Z
+        return np.asarray(reached & (Z > self.Zt) & ~self.has_ended(Z))
 
     def contact_distance(self, jump: Array, Z: Array) -> tuple[Array, Array]:
         """Signed distance phi to the contact surface, eqs (8)-(10), and its gradient: (n,), (n, d)."""
@@ -260,6 +306,26 @@ class CrackPlane:
         if m.contact == "potential":
             return at, *potential_contact(m, k, jump[at], Z[at])
         return at, *printed_contact(m, k, width, jump[at], surface.part(at), tangent)
+
+
+#: the law of a scene that names none
+DEFAULT_LAW = "crack-plane"
+
+
+@register_law(DEFAULT_LAW)
+@dataclass(frozen=True)
+class CrackPlaneKeys(LawKeys):
+    """The crack-plane law as scenes choose it: its parameters are those of the material."""
+
+    takes_width = is_differentiated = True
+
+    def built_for(self, concrete: Concrete, width: Any, components: int = 2) -> CrackPlane:
+        plane = CrackPlane(concrete, width)
+        plane.components = components
+        return plane
+
+    def zone_length(self, concrete: Concrete) -> float:
+        return concrete.zone_length
 
 
 def _too_steep(concrete: Concrete, width: float, rise: Rise) -> str:

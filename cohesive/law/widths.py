@@ -15,20 +15,20 @@ BAND_OF_CRACK, BAND_OF_MATERIAL = 0.01, 1 / 60
 _WARN_EXCESS, _REFUSE_EXCESS = 0.05, 1.0
 
 
-def default_width(crack_length: float, concrete: Concrete) -> float:
+def default_width(crack_length: float, zone_length: float) -> float:
     """Width of the crack plane in mm if the scene names none: the smaller of 0.25 % of the crack length and 0.1 %
-    of `Concrete.zone_length`, E Gf / ft^2 with the exponential curve. On the built-in beam it costs less than .4 % of the load
+    of `LawKeys.zone_length`, E Gf / ft^2 with the exponential curve. On the built-in beam it costs less than .4 % of the load
     at small opening and .1 % of the peak against a vanishing width."""
-    return min(WIDTH_OF_CRACK * crack_length, WIDTH_OF_MATERIAL * concrete.zone_length)
+    return min(WIDTH_OF_CRACK * crack_length, WIDTH_OF_MATERIAL * zone_length)
 
 
-def default_band_width(crack_length: float, concrete: Concrete) -> float:
+def default_band_width(crack_length: float, zone_length: float) -> float:
     """Width of a band along the path in mm if the scene names none: the smaller of 1 % of the crack length and 1/60 of
-    `Concrete.zone_length`."""
-    return min(BAND_OF_CRACK * crack_length, BAND_OF_MATERIAL * concrete.zone_length)
+    `LawKeys.zone_length`."""
+    return min(BAND_OF_CRACK * crack_length, BAND_OF_MATERIAL * zone_length)
 
 
-def plane_width(concrete: Concrete, width: float | str | None, crack_length: float) -> float:
+def plane_width(zone_length: float, h: float, width: float | str | None, crack_length: float) -> float:
     """Width of the crack plane, mm: as given, that of the print ("h") or, if it is None, that of the rule.
 
     Raises
@@ -37,10 +37,10 @@ def plane_width(concrete: Concrete, width: float | str | None, crack_length: flo
         For a width that is far from that of any crack plane.
     """
     if width is None:
-        return default_width(crack_length, concrete)
+        return default_width(crack_length, zone_length)
     if isinstance(width, str):  # "h"
-        return concrete.h
-    least, most = 1e-6 * crack_length, max(concrete.h, crack_length)
+        return h
+    least, most = 1e-6 * crack_length, max(h, crack_length)
     if not least <= width <= most:
         raise SceneError.at("interface.width", f" = {width:g}: expected between {least:.1e} and {most:g} mm")
     return width

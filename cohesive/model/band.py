@@ -16,7 +16,7 @@ from ..elements.registry import centre_rule
 from ..elements.rotations import major_strain, rotations, stress_transformation
 from ..errors import SceneError
 from ..law.concrete import Concrete
-from ..law.crack_plane import CrackPlane
+from ..law.registry import LawKeys
 from ..law.widths import check_band_width
 from ..scenes.tables import BandOptions
 from ..solver.problem import State
@@ -45,7 +45,7 @@ class BandPart(CrackPart):
         planes = points.planes
         fracture = planes.length[:, None] * (planes.strain - law.compliance * planes.traction)
         widest = np.lexsort((fracture[:, 0], planes.point))  # the last plane of a point wins
-        plane_damage = law.plane.with_width(planes.length).damage(planes.Z) if len(planes.point) else planes.Z
+        plane_damage = law.law_of(planes).damage(planes.history) if len(planes.point) else np.zeros(0)
         values = []
         for one in (fracture, planes.traction, plane_damage):
             value = np.zeros((size, *one.shape[1:]))
@@ -53,16 +53,24 @@ class BandPart(CrackPart):
             values.append(value)
         count = np.bincount(planes.point, minlength=size).astype(float)
         jump, traction, damage = values
-        return values_by_name(jump, traction, damage, count) | {"strain_max": major_strain(points.deformation)}
+        shown = values_by_name(jump, traction, damage, count) | {"strain_max": major_strain(points.deformation)}
+        return shown | self.law_values(state)
+
+    def law_values(self, state: State) -> dict[str, Array]:
+        """In a band the sum over the planes of a point."""
+        planes, size = state.cracks.planes, len(self.weights)
+        own = self.point_law.law_of(planes).fields(planes.jump, planes.history)
+        return {f"law.{name}": np.bincount(planes.point, value, size).astype(float) for name, value in own.items()}
 
     def strength_left(self, state: State) -> Array:
         planes, left = state.cracks.planes, np.full(len(self.weights), np.inf)
         if len(planes.point):
-            np.minimum.at(left, planes.point, self.point_law.plane.with_width(planes.length).strength_left(planes.Z))
+            np.minimum.at(left, planes.point, self.point_law.strength_left(planes))
         return left
 
 
 def band_part(
+    keys: LawKeys,
     concrete: Concrete,
     options: BandOptions,
     mesh: CrackedMesh,
@@ -75,6 +83,7 @@ def band_part(
 
     Parameters
     ----------
+    keys : of the law.
     elements : those that may crack.
     thickness : of a 2D mesh, mm; 1 in 3D.
     length_of : length of a crack of some area
@@ -99,12 +108,13 @@ def band_part(
         width = float(np.median(np.sqrt(volumes) if mesh.dimension == 2 else np.cbrt(volumes)))
     if known is not None:
         area, width = known
-    concrete.check_units(mesh.extent if area is None else length_of(area))
+    plane = keys.built_for(concrete, width, mesh.dimension)
+    plane.check(mesh.extent if area is None else length_of(area))
     check_band_width(concrete, width, "specimen.band: width" if known is None else "band.width")
     normals = path_normals(mesh, faces)
     on_path = _of_planes(options, normals)
     law = CrackBand(
-        CrackPlane(concrete, width),
+        plane,
         elements[0].D,
         np.concatenate([block.corners() for block in elements])[cell],
         options.max_cracks,

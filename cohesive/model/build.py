@@ -70,10 +70,11 @@ def build(
         dead = None if kept is not None else dead_loads(specimen, mesh, elements, concrete.E / elements.unit)
         is_loaded = dead is not None if kept is None else kept.problem.dead_factor > 0
         area = cracks.area or mesh.extent * (specimen.thickness or mesh.extent)  # if nothing tells, its order
+        plane = cracks.point_law.law
         law: dict[str, Any] = {
             "point_law": cracks.point_law,
-            "strength": concrete.ft * area,
-            "energy": concrete.Gf * area,
+            "strength": plane.strength * area,
+            "energy": plane.energy * area,
             "tol": scene.solver.tol,
             "secant": tangent == "secant",
             "dead_factor": dead_motion(mesh, concrete.E) if is_loaded else 0.0,
@@ -89,7 +90,7 @@ def build(
             condensation, total, with_law = kept.condensation, kept.total_dofs, partial(replace, kept.problem)
         problem = with_law(stiffness=condensation.stiffness.scaled(elements.unit), **law)
     unmeasured = {*specimen.gauges()} - {MAIN_GAUGE, *problem.measures}
-    check_stages(scene.stages, problem, concrete.most_dissipated(cracks.width) * problem.energy, unmeasured)
+    check_stages(scene.stages, problem, plane.most_dissipated * area, unmeasured)
     lengths = CrackLengths.from_specimen(specimen, cracks, problem.measures)
     return Model(
         mesh, elements.elastic, elements.cracking, cracks, lengths, specimen.forces(), problem, condensation, total,
@@ -124,9 +125,9 @@ def _cracks(scene: Scene, mesh: CrackedMesh, elements: Elements) -> CrackPart:
     """The points with cracks of either model."""
     t, length_of = elements.thickness, scene.specimen.crack_length_of
     if mesh.crack is not None:
-        return interface_part(scene.material, scene.interface, mesh, t, length_of)
+        return interface_part(scene.law, scene.material, scene.interface, mesh, t, length_of)
     known = (scene.crack_area, scene.band_width) if scene.sizes is not None else None
-    return band_part(scene.material, scene.band, mesh, elements.cracking, t, length_of, known)
+    return band_part(scene.law, scene.material, scene.band, mesh, elements.cracking, t, length_of, known)
 
 
 def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
@@ -136,7 +137,7 @@ def _notes(scene: Scene, mesh: CrackedMesh, cracks: CrackPart) -> list[str]:
         notes.append(warning)
     if cracks.area:
         length = scene.specimen.crack_length_of(cracks.area)
-        notes += filter(None, [path_size_note(mesh, scene.material, length, scene.is_extruded)])
+        notes += filter(None, [path_size_note(mesh, scene.zone_length, length, scene.is_extruded)])
     if scene.specimen.is_off_the_notch():
         notes.append("warning: the crack path neither begins nor ends at a notch, which stays closed to it")
     if scene.sizes is None and (length := mesh.crack_front):

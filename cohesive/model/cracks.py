@@ -54,6 +54,10 @@ class CrackPart(ABC):
         """Stress of the softening curve that each damaged point has come to, over ft, (p,); inf if it is undamaged. In a band
         the least of its planes."""
 
+    @abstractmethod
+    def law_values(self, state: State) -> dict[str, Array]:
+        """Quantities of the law's own at each point, (p,) each, by the names of their columns."""
+
 
 def values_by_name(jump: Array, traction: Array, damage: Array, planes: Array) -> dict[str, Array]:
     """Opening, sliding, tractions, damage and number of planes at points, (p,) each."""

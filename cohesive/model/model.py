@@ -77,7 +77,7 @@ class Model:
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the history of its runs."""
-        return columns_of(self.problem.measures, self.problem.loading.names, self.forces)
+        return columns_of(self.problem.measures, self.problem.loading.names, self.forces, self.cracks.point_law.law.columns)
 
     def record(self, state: State) -> dict[str, float]:
         """The quantities of the history that belong to a state."""
@@ -85,7 +85,7 @@ class Model:
 
     def recorded(self, problem: Problem, state: State) -> dict[str, float]:
         """The same, counted as `problem` does: from the body under its dead loads, see `solver.stepper.solve`."""
-        mean = self.cracks.mean_traction(state)
+        mean, share = self.cracks.mean_traction(state), self.cracks.weights / self.cracks.weights.sum()
         return {
             "load": state.load,
             "opening": problem.measure("opening", state),
@@ -102,6 +102,7 @@ class Model:
             **{name: problem.measure(name, state) for name in problem.measures if name not in COLUMN_NAMES},
             **{name: factor * state.load for name, factor in self.forces.items()},
             **_of_drives(problem, state),
+            **{name: float(share @ value) for name, value in self.cracks.law_values(state).items()},
         }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..law.concrete import Concrete
 from ..scenes.inputs import ELEMENTS_IN_ZONE
 from .mesh import CrackedMesh
 
@@ -16,11 +15,12 @@ _ALONG = {2: 20, 3: 12}
 _COARSE = {2: 1.25, 3: 1.6}
 
 
-def path_size_note(mesh: CrackedMesh, concrete: Concrete, crack_length: float, extruded: bool) -> str:
+def path_size_note(mesh: CrackedMesh, zone_length: float, crack_length: float, extruded: bool) -> str:
     """A warning if elements along the path are much longer than the rule's size; empty if not, or without a path.
 
     Parameters
     ----------
+    zone_length : see `LawKeys.zone_length`, mm
     crack_length : of the crack, mm; in space the root of its area
     extruded : whether a plane mesh was extruded: layers through the thickness may be thicker.
     """
@@ -29,7 +29,7 @@ def path_size_note(mesh: CrackedMesh, concrete: Concrete, crack_length: float, e
     corners = np.asarray(mesh.closed, dtype=float)[mesh.minus_faces][..., : 2 if extruded else None]
     sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
     number = _ALONG[mesh.dimension]
-    rule = min(crack_length / number, concrete.zone_length / ELEMENTS_IN_ZONE)
+    rule = min(crack_length / number, zone_length / ELEMENTS_IN_ZONE)
     order = 1 if mesh.faces.data.shape[1] == 2 * corners.shape[1] else 2
     limit = _COARSE[mesh.dimension] * rule * order
     count = int((sides > limit).sum())

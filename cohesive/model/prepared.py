@@ -122,7 +122,7 @@ def prepare(scene: Scene, model: str | None = None) -> Prepared:
     if scene.sizes is not None:
         fixed = {"mesh.crack_size": scene.sizes.crack_size, "mesh.far_size": scene.sizes.far_size}
     built = build(scene)
-    if scene.model.kind == "discrete":
+    if scene.model.kind == "discrete" and scene.law.takes_width:
         fixed["interface.width"] = built.cracks.width
     fixed = {key: size for key, size in fixed.items() if scene.given(key) is None}
     return Prepared(scene.with_(**fixed) if fixed else scene, fixed, built)
@@ -134,7 +134,7 @@ def is_kept(scene: Scene, key: str) -> bool:
     name = rest.partition(".")[0]
     if table == "material":
         return name not in ("preset", *_needed(scene))
-    return table in ("title", "stage", "reference", "output") or (name in _FREE.get(table, ()) and key != "band.width")
+    return table in ("title", "law", "stage", "reference", "output") or (name in _FREE.get(table, ()) and key != "band.width")
 
 
 def _needed(scene: Scene) -> tuple[str, ...]:

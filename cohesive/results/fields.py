@@ -76,7 +76,7 @@ class Planes:
         own = {row: state.cracks.planes for row, state in states.items() if model.is_smeared}
         at, none = {}, np.zeros(0, dtype=np.int64)
         for row, each in own.items():  # undamaged a plane on the path is no crack yet
-            left = model.cracks.point_law.plane.with_width(each.length).strength_left(each.Z)
+            left = model.cracks.point_law.strength_left(each)
             at[row] = np.flatnonzero(np.isfinite(left))
         return cls(
             np.concatenate([none, *(np.full(len(at[row]), row) for row in own)]),

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..elements.bulk import ElasticBlock
-from ..law.softening_choice import softening_name
 
 if TYPE_CHECKING:
     from ..cracks.crack_planes import CrackPlanes
@@ -19,6 +18,9 @@ if TYPE_CHECKING:
 
 #: a plane of points that is this much stiffer has no width
 _WITHOUT_WIDTH = 1e6
+
+#: a plane that keeps more of its strength has hardly begun to be a crack
+_BEGUN = 0.95
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,8 @@ class ModelFacts:
             problem.loading.moved.is_platen,
             {name: 1.0 / motion if motion else None for name, motion in moved.items()},
             added,
-            0.0 if planes is None else _departure(scene, model, planes),
-            "" if planes is None else _damaged(scene, planes),
+            0.0 if planes is None else _departure(model, planes),
+            "" if planes is None else _damaged(scene, model, planes),
         )
 
 
@@ -96,7 +98,8 @@ def _modelled(scene: Scene, model: Model) -> Sequence[str]:
     points = f"{len(model.cracks.weights)} points"
     left_out = "cracks off the given path, "
     if model.mesh.crack is not None:
-        cracks = f"{len(model.mesh.crack.data)} zero-thickness crack cells, {points}, width {model.cracks.width:.3g} mm"
+        width = f", width {model.cracks.width:.3g} mm" if scene.law.takes_width else ""
+        cracks = f"{len(model.mesh.crack.data)} zero-thickness crack cells, {points}{width}"
     elif model.cracks.faces is not None:
         cracks = f"a crack band of {count(model.band)}, {points}, width {model.cracks.width:.3g} mm"
         left_out = "cracks off the band, "
@@ -104,7 +107,7 @@ def _modelled(scene: Scene, model: Model) -> Sequence[str]:
         cracks = f"{count(model.band)} that may crack, {points}"
         left_out = "cracks off the band, " if model.bulk else ""
     return (
-        f"modelled: {whole}{bulk}{cracks}, {softening_name(scene.material.softening)} softening, {_dimension(scene, model)}",
+        f"modelled: {whole}{bulk}{cracks}, {model.cracks.point_law.law.described}, {_dimension(scene, model)}",
         f"solved: {model.active_dofs} of {model.total_dofs} unknowns"
         + (", the rest eliminated once" if model.condensation.kind == "condensed" else ", nothing condensed")
         + (f" ({model.condensation.why})" if model.condensation.why else "")
@@ -122,10 +125,10 @@ def _dimension(scene: Scene, model: Model) -> str:
     return f"in three dimensions with front and back {'held' if scene.model.plane == 'strain' else 'free'}"
 
 
-def _damaged(scene: Scene, planes: CrackPlanes) -> str:
+def _damaged(scene: Scene, model: Model, planes: CrackPlanes) -> str:
     """How many planes of a band are damaged, and what their width adds to Gf."""
     m = scene.material
-    damaged = planes.Z > planes.length * m.ft / m.E
+    damaged = np.isfinite(model.cracks.point_law.strength_left(planes))
     if not damaged.any():
         return "no crack has opened"
     count = np.bincount(planes.point[damaged])
@@ -137,12 +140,12 @@ def _damaged(scene: Scene, planes: CrackPlanes) -> str:
     )
 
 
-def _departure(scene: Scene, model: Model, planes: CrackPlanes) -> float:
+def _departure(model: Model, planes: CrackPlanes) -> float:
     """Mean angle between the open planes of a band and its path, degrees, weighted with their opening."""
     rotations = model.cracks.rotations
     if rotations is None:
         return 0.0
-    opening = np.maximum(planes.jump[:, 0], 0.0) * (planes.Z > 0.01 * scene.material.Zm)
+    opening = np.maximum(planes.jump[:, 0], 0.0) * (model.cracks.point_law.strength_left(planes) < _BEGUN)
     if not opening.any():
         return 0.0
     cosine = abs(np.einsum("ci,ci->c", planes.rotation[:, 0], rotations[planes.point, 0]))

@@ -44,7 +44,7 @@ def summary(data: RunData) -> str:
         f"dissipated: {h['dissipated'][-1]:.5g} N mm{full}; the last load is {100 * last:.1f} % of the largest",
         f"energy balance: work {h['work'][-1]:.5g} = "
         + " + ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in energies.items())
-        + f" N mm, error {data.energy_error:.1e} of the work"
+        + (f" N mm, error {data.energy_error:.1e} of the work" if data.law.is_checked else " N mm, not checked")
         + (_worst_step(data) if data.energy_error > _DOUBTED else ""),
         _crack_line(data),
         f"steps: {data.steps}, iterations: {data.iterations}, cuts: {int(h['cuts'].sum())}; seconds: {timings}",
@@ -58,12 +58,13 @@ def _full_energy(data: RunData) -> str:
         return ""
     left = 1.0 - data.history["dissipated"][-1] / data.full_energy
     width = "l_ch" if data.is_smeared else "w"
-    opening = f" of {data.full_energy:.5g} N mm = (Gf + ft^2 {width} / 2E) x crack area"
+    opening = f" of {data.full_energy:.5g} N mm = {data.law.energy_text(width)} x crack area"
     if left >= 0:
         return f"{opening}; {100 * left:.1f} % is left"
-    material = data.scene.material
-    sliding = material.most_dissipated(data.width) * material.Gf * (data.facts.crack_area or 0.0)
-    return f"{opening}, which opening alone takes; sliding alone takes up to {sliding:.5g} N mm, and more under pressure"
+    sliding, alone = data.law.most_dissipated * (data.facts.crack_area or 0.0), f"{opening}, which opening alone takes"
+    if sliding == np.inf:
+        return alone
+    return f"{alone}; sliding alone takes up to {sliding:.5g} N mm, and more under pressure"
 
 
 def _worst_step(data: RunData) -> str:
@@ -125,7 +126,8 @@ def _crack_line(data: RunData) -> str:
     if data.is_smeared:
         return data.facts.damaged
     added = 100 * data.added_compliance()
-    return f"elastic compliance of {_measured(data)}: +{added:.2f} % from the interface width of {data.width:.3g} mm"
+    source = f"interface width of {data.width:.3g} mm" if data.scene.law.takes_width else "stiffness of the law"
+    return f"elastic compliance of {_measured(data)}: +{added:.2f} % from the {source}"
 
 
 def _measured(data: RunData) -> str:
@@ -137,7 +139,7 @@ def _soft_cracks(data: RunData) -> str:
     """A warning if the interface's width is felt before anything cracks; empty if not. Crack planes in series, as of a net of
     cracks, add up."""
     added = data.added_compliance()
-    if data.is_smeared or added <= _ADDED:
+    if data.is_smeared or added <= _ADDED or not data.scene.law.takes_width:
         return ""
     enough = 0.99 * _ADDED / added * data.width  # what it adds grows with it
     return (

@@ -17,6 +17,7 @@ from .peak import Peak, peak_weights
 
 if TYPE_CHECKING:
     from ..growth.found import FoundPath
+    from ..law.registry import Law
     from ..measured.curve import Measured, Reference
     from ..scenes.scene import Scene
     from .fields import Fields, Frame
@@ -185,12 +186,15 @@ class RunData:
 
     @property
     def full_energy(self) -> float | None:
-        """(Gf + ft^2 w / 2E) times the crack area, N mm: the dissipation of mode I separation. In a band w is l_ch.
+        """Dissipation of mode I separation, N mm: (Gf + ft^2 w / 2E) times the crack area, in a band with l_ch for w.
         None if the area is not known, as for a crack anywhere in a user mesh."""
-        material, area = self.scene.material, self.facts.crack_area
-        if area is None:
-            return None
-        return (material.Gf + material.ft**2 * self.facts.width / (2 * material.E)) * area
+        area = self.facts.crack_area
+        return None if area is None else self.law.separation_energy * area
+
+    @property
+    def law(self) -> Law:
+        """That of the crack, with its material and width."""
+        return self.scene.law.built_for(self.scene.material, self.facts.width)
 
     @property
     def unaccounted(self) -> Array:
@@ -200,7 +204,10 @@ class RunData:
 
     @property
     def energy_error(self) -> float:
-        """Largest difference between external work and energies, each integrated on its own, over the largest work."""
+        """Largest difference between external work and energies, each integrated on its own, over the largest work; nan if
+        the law leaves its dissipation to the balance."""
+        if not self.law.is_checked:
+            return math.nan
         if not self.steps:
             return 0.0
         return float(abs(self.unaccounted).max() / max(abs(self.history["work"]).max(), 1e-300))

@@ -4,66 +4,35 @@ from __future__ import annotations
 
 import math
 import reprlib
-import types
 import typing
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from meshing.errors import MeshError
 from meshing.generation.sizes import MeshSizes
-from meshing.keys import key_of
 from meshing.specimens import SPECIMENS, Specimen
 
 from ..errors import ParameterError, SceneError
 from ..law.concrete import PRESETS, Concrete, with_preset
+from ..law.crack_plane import DEFAULT_LAW
+from ..law.registry import LAWS, LawKeys
 from ..law.widths import default_band_width
 from ..solver.columns import Column, columns_of
 from ..solver.stages import Stage
 from .names import check_names, hint, refuse
+from .table_reader import TABLES, build_table, check_known, is_a, table_of
 from .tables import BandOptions, GrowOptions, InterfaceOptions, ModelOptions, OutputOptions, ReferenceOptions, SolverOptions
 
 T = typing.TypeVar("T")
 
-#: dataclass of each table but [specimen]
-TABLES: dict[str, type] = {
-    "grow": GrowOptions,
-    "mesh": MeshSizes,
-    "material": Concrete,
-    "interface": InterfaceOptions,
-    "model": ModelOptions,
-    "band": BandOptions,
-    "stage": Stage,
-    "solver": SolverOptions,
-    "reference": ReferenceOptions,
-    "output": OutputOptions,
-}
-
-#: elements to `Concrete.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
+#: elements to `LawKeys.zone_length` on the mesh that is chosen by rule, and its far size over its crack size
 ELEMENTS_IN_ZONE, COARSENING = 12, 8.0
 
 #: value of `specimen.crack` with which the path is found
 GROW = "grow"
 
-#: numbers beyond it are no lengths, forces or counts, and their squares overflow; NaN compares false as well
-_LARGEST = 1e100
-
-_KINDS = {float: "a finite number", int: "a whole number", str: "a string", bool: "true or false"}
-
-#: keys with which a user asks for time, and what is said of them
-_OF_TIME = {"hold", "creep", "relaxation", "shrinkage", "viscosity", "time", "duration", "rate", "speed", "pause", "wait"}
-_NO_TIME = "time is not modelled: no creep, relaxation or rate of loading"
-
-#: keys of earlier versions, and what takes their place
-_RENAMED = {
-    "solver.reduction": "solver.condensation = 'auto', 'always', 'never' or 'petsc'",
-    "solver.largest_step": "solver.step_growth",
-    "solver.tangent": "run(scene, tangent='secant') in Python",
-    "band.shear_scaling": "material.shear_scaling",
-    "band.tol": "none: the local iteration always converges to 1e-11 of ft",
-    "stage.ratio": "stage.angle, the arc tangent of shear over normal motion in degrees",
-}
 #: kinds of specimens of earlier versions
 _RENAMED_KINDS = {
     "notched-beam-3d": "specimen.kind = 'notched-beam' and model.dimension = 3",
@@ -77,7 +46,7 @@ class Inputs:
 
     Attributes
     ----------
-    title, kind, specimen, material, interface, model, band, solver, output : its tables
+    title, kind, specimen, law, material, interface, model, band, solver, output : its tables
     sizes : of the elements, those that follow by rule among them; None with a user mesh
     reference, grow : None if the scene names no measured curve, looks for no path
     stages : tuple of Stage
@@ -87,6 +56,7 @@ class Inputs:
     title: str
     kind: str
     specimen: Specimen
+    law: LawKeys
     material: Concrete
     sizes: MeshSizes | None
     interface: InterfaceOptions
@@ -135,7 +105,12 @@ class Inputs:
         """This width if the scene names none, mm: by rule, at most the width of the notch."""
         known(self.kind, "the width of its band", self.sizes)
         notch = getattr(self.specimen, "notch_width", 0.0) or math.inf
-        return min(default_band_width(self.crack_length, self.material), notch)
+        return min(default_band_width(self.crack_length, self.zone_length), notch)
+
+    @property
+    def zone_length(self) -> float:
+        """What sizes and widths go by, see `LawKeys`, mm."""
+        return self.law.zone_length(self.material)
 
 
 def without_script(data: dict[str, Any], find: Callable[[str], Path], run_scripts: bool) -> dict[str, Any]:
@@ -162,20 +137,21 @@ def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
     SceneError
         Naming the key that is missing, unknown, of the wrong type or out of range.
     """
-    check_known("", data, ("title", "specimen", *TABLES))
+    check_known("", data, ("title", "specimen", "law", *TABLES))
     title = data.get("title", "untitled")
     if not isinstance(title, str):
         raise refuse("title", title, "a string")
     kind, specimen = _specimen(data)
     specimen = specimen.located(find)
-    material = _material(data)
+    law, material = _law_and_material(data)
     model = build_table(ModelOptions, table_of(data, "model"), "model")
     inputs = Inputs(
         title,
         kind,
         specimen,
+        law,
         material,
-        _sizes(data, kind, specimen, material, model),
+        _sizes(data, kind, specimen, law.zone_length(material), model),
         build_table(InterfaceOptions, table_of(data, "interface"), "interface"),
         model,
         build_table(BandOptions, table_of(data, "band"), "band"),
@@ -184,7 +160,7 @@ def read_inputs(data: Mapping[str, Any], find: Callable[[str], Path]) -> Inputs:
         build_table(ReferenceOptions, table_of(data, "reference"), "reference") if "reference" in data else None,
         _grow(data, specimen),
         _stages(data),
-        columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces())),
+        columns_of(list(specimen.gauges()), list(specimen.drives()), list(specimen.forces()), law.columns),
     )
     for name in [] if inputs.reference is None else inputs.reference.files:
         _check_file(name, find)
@@ -209,8 +185,15 @@ def _specimen(data: Mapping[str, Any]) -> tuple[str, Specimen]:
     return kind, build_table(SPECIMENS[kind], table, "specimen")
 
 
-def _material(data: Mapping[str, Any]) -> Concrete:
+def _law_and_material(data: Mapping[str, Any]) -> tuple[LawKeys, Concrete]:
+    """What [law] and [material] say; a law with scales of its own gives the material's ft and Gf, if they are left out."""
     table = table_of(data, "material", required=True)
+    name = table.pop("law", DEFAULT_LAW)
+    if not isinstance(name, str) or name not in LAWS:
+        raise refuse("material.law", name, f"one of {', '.join(LAWS)}{hint(name, LAWS)}; others after register_law")
+    law = build_table(LAWS[name], table_of(data, "law"), "law")
+    if (scales := law.scales()) is not None:
+        table = dict(zip(("ft", "Gf"), scales, strict=True)) | table
     preset = table.pop("preset", None)
     if preset is not None:
         if not isinstance(preset, str) or preset not in PRESETS:
@@ -219,11 +202,11 @@ def _material(data: Mapping[str, Any]) -> Concrete:
             table = with_preset(preset, table)
         except ParameterError as error:  # of a softening that is none
             raise SceneError(f"material.{error}", f"material.{error.key}") from None
-    return build_table(Concrete, table, "material")
+    return law, build_table(Concrete, table, "material")
 
 
 def _sizes(
-    data: Mapping[str, Any], kind: str, specimen: Specimen, material: Concrete, model: ModelOptions
+    data: Mapping[str, Any], kind: str, specimen: Specimen, zone_length: float, model: ModelOptions
 ) -> MeshSizes | None:
     """[mesh] with what it leaves out: enough elements along the crack and within its process zone, their order."""
     if not specimen.is_sized:
@@ -233,8 +216,7 @@ def _sizes(
     table = table_of(data, "mesh")
     if "crack_size" not in table:
         length = known(kind, "the length of its crack", _path_length(specimen))
-        along, zone = length / specimen.elements_along, material.zone_length
-        table["crack_size"] = min(along, zone / ELEMENTS_IN_ZONE)
+        table["crack_size"] = min(length / specimen.elements_along, zone_length / ELEMENTS_IN_ZONE)
     if "far_size" not in table and is_a(table["crack_size"], float):
         table["far_size"] = COARSENING * table["crack_size"]
     table.setdefault("order", 2 if _dimension(specimen, model) == 2 else 1)
@@ -297,6 +279,12 @@ def _check_model(inputs: Inputs) -> None:
     if model.dimension is not None and model.dimension not in dimensions:
         what = f"{' or '.join(map(str, dimensions))} with a {inputs.kind}" if dimensions else "no such key, the mesh tells"
         raise refuse("model.dimension", model.dimension, what)
+    if not inputs.law.takes_width:
+        own = "the law has a stiffness of its own, and takes no width; expected"
+        if model.kind == "smeared":
+            raise SceneError.at("model.kind", f" = 'smeared': {own} 'discrete', or a law that takes that of the band")
+        if inputs.interface.width is not None:
+            raise SceneError.at("interface.width", f" = {inputs.interface.width}: {own} no such key")
     if dimensions == (3,) and model.plane == "strain":
         raise SceneError.at("model.plane", f" = 'strain': a {inputs.kind} is no plane body; expected no such key")
     named = getattr(specimen, "band", None)
@@ -324,77 +312,3 @@ def _check_model(inputs: Inputs) -> None:
             raise SceneError.at(key, f" = '{GROW}': {has}; expected {wanted}")
         if model.half:
             raise SceneError.at(key, f" = '{GROW}': a path may leave the plane of symmetry; expected model.half = false")
-
-
-def build_table(cls: type[T], table: Mapping[str, Any], prefix: str) -> T:
-    """An instance of a dataclass from a table.
-
-    Raises
-    ------
-    SceneError
-        Naming the key that is missing, unknown, of the wrong type or out of range.
-    """
-    known = {key_of(each): each for each in fields(cls)}  # type: ignore[arg-type]
-    check_known(prefix + ".", table, known)
-    for name, each in known.items():
-        if each.default is MISSING and each.default_factory is MISSING and name not in table:
-            raise SceneError.at(f"{prefix}.{name}", " is missing")
-    hints = typing.get_type_hints(cls)
-    for name, value in table.items():
-        allowed = alternatives(hints[known[name].name])
-        if not any(is_a(value, kind) for kind in allowed):
-            kinds = " or ".join(_KINDS[kind] for kind in allowed if kind in _KINDS)
-            raise refuse(f"{prefix}.{name}", value, f"{kinds}; {_NO_TIME}" if name in _OF_TIME else kinds)
-    try:
-        return cls(**{known[name].name: value for name, value in table.items()})
-    except (MeshError, ParameterError) as error:
-        raise SceneError(f"{prefix}.{error}", f"{prefix}.{error.key}") from None
-    except ValueError as error:  # of a specimen of the user's
-        raise SceneError(f"{prefix}.{error}", prefix) from None
-
-
-def alternatives(hint: Any) -> tuple[Any, ...]:
-    """The types that a hint allows."""
-    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-
-
-def is_a(value: Any, kind: Any) -> bool:
-    """Whether a value of TOML is of a type that a key asks for."""
-    if kind is float:
-        return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < _LARGEST
-    if kind is int:
-        return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST
-    if kind in (str, bool):
-        return isinstance(value, kind)
-    return kind is not type(None) or value is None  # the class checks lists and tables itself
-
-
-def table_of(data: Mapping[str, Any], name: str, required: bool = False) -> dict[str, Any]:
-    """A copy of a table of the scene; empty if it has none."""
-    table = data.get(name, {})
-    if not isinstance(table, dict):
-        raise SceneError.at(name, f" = {table!r}: expected a table [{name}]")
-    if required and name not in data:
-        raise SceneError(f"[{name}] is missing", name)
-    return dict(table)
-
-
-def check_known(prefix: str, table: Mapping[str, Any], names: Iterable[str]) -> None:
-    """Refuse an unknown key, with the one that was meant."""
-    names = list(names)
-    for key in table:
-        if key in names:
-            continue
-        old = f"{prefix.split('.')[0]}.{key}"
-        if old in _RENAMED:
-            raise SceneError.at(f"{prefix}{key}", f": this key is gone; expected {_RENAMED[old]}")
-        near = "" if prefix else table_hint(key)
-        why = f", {_NO_TIME}" if str(key).lower() in _OF_TIME else near or hint(key, names)
-        raise SceneError.at(f"{prefix}{key}", f": unknown key{why}; expected one of {', '.join(names)}")
-
-
-def table_hint(key: str) -> str:
-    """What was meant by a key without its table."""
-    places = [(name, cls) for name, cls in TABLES.items() if key in (key_of(each) for each in fields(cls))]
-    meant = [f"stage.0.{key}" if cls is Stage else f"{name}.{key}" for name, cls in places]
-    return f" (did you mean '{meant[0]}'?)" if len(meant) == 1 else ""

@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import typing
 from collections.abc import Iterator
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any
 
 from meshing.keys import default_of, expected, key_of
 from meshing.specimens import SPECIMENS
 
-from .inputs import TABLES, alternatives
+from ..law.crack_plane import DEFAULT_LAW
+from ..law.registry import LAWS
 from .scene import Scene
+from .table_reader import TABLES, alternatives
 
 _TYPES = {float: "number", int: "whole number", str: "string", bool: "true or false"}
 
@@ -58,6 +60,10 @@ def scene_keys(kind: str | None = None) -> list[Key]:
         keys += keys_of_table("specimen", SPECIMENS[kind])
     for table, cls in TABLES.items():
         keys += keys_of_table(table, cls)
+        if table == "material":
+            keys.append(Key(table, "law", "string", "", DEFAULT_LAW, " or ".join(map(repr, LAWS)), "law of the crack planes"))
+            own = ((name, key) for name, law in LAWS.items() for key in keys_of_table("law", law))
+            keys += (replace(key, meaning=f"law {name!r}: {key.meaning}") for name, key in own)
     return keys
 
 

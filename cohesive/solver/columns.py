@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 
@@ -72,14 +72,18 @@ COLUMN_NAMES = tuple(column.name for column in COLUMNS)
 LOAD_RATIO = "load_ratio"
 
 
-def columns_of(gauges: Iterable[str], drives: Sequence[str] = (), forces: Iterable[str] = ()) -> tuple[Column, ...]:
-    """All columns of a run: those of every run, one for each further gauge and force and, of several drives, two for each."""
+def columns_of(
+    gauges: Iterable[str], drives: Sequence[str] = (), forces: Iterable[str] = (), of_law: Mapping[str, str] | None = None
+) -> tuple[Column, ...]:
+    """All columns of a run: those of every run, one for each further gauge and force, of several drives two for each, and one
+    for each quantity of the law's own, given with its unit."""
     motions = (Column(name, "mm", f"motion that the gauge {name} measures", True, True) for name in gauges)
     further = [column for column in motions if column.name not in COLUMN_NAMES]
     further += [Column(name, "N", f"{name.replace('_', ' ')}, in proportion to the load", True, True) for name in forces]
     for name in drives if len(drives) > 1 else ():
         further.append(Column(f"load.{name}", "N", f"force of the drive {name}", True, True))
         further.append(Column(f"driven.{name}", "mm", f"motion of the drive {name}", True, True))
+    further += [Column(f"law.{name}", unit, f"mean of {name} over the crack", True) for name, unit in (of_law or {}).items()]
     return (*COLUMNS, *further)
 
 

@@ -52,7 +52,7 @@ class Parameter:
     @cached_property
     def variation(self) -> InterfaceVariation:
         """What it changes at the crack points."""
-        return InterfaceVariation(self.below.point_law, self.above.point_law, self.half)  # type: ignore[arg-type]
+        return InterfaceVariation.from_laws(self.below.point_law, self.above.point_law, self.half)
 
     def forces(self, v: Array) -> Array:
         """Derivative of the forces of bulk and springs at constant unknowns, (n,)."""
@@ -100,7 +100,7 @@ class Sensitivity:
     @cached_property
     def points(self) -> InterfaceSteps:
         """The crack points in all steps."""
-        return InterfaceSteps.from_states(self.problem.point_law, [s.cracks for s in self.states])  # type: ignore[arg-type]
+        return InterfaceSteps.from_states(self.problem.point_law, [s.cracks for s in self.states])
 
     def rates(self, energies: bool = True) -> list[list[State]]:
         """The derivatives of the state under dead loads and of those of the steps, for each parameter.
@@ -216,18 +216,9 @@ class Sensitivity:
 
     def _onset(self, i: int, last: _Rates) -> tuple[Array, float, Array]:
         """A step that ended where the next point begins to be damaged further: Zeq is its history there."""
-        problem, points, law = self.every[i][0], self.points, self.problem.point_law
-        p = len(problem.operator.weights)
-        jump, Z = self.states[i + 1].cracks.deformation, self.states[i].cracks.Z
-        at = int(np.argmax(law.plane.equivalent_jump(jump)[0] / Z))  # type: ignore[attr-defined]
-        gradient = np.zeros_like(jump)
-        gradient[at] = points.slope[i * p + at] / problem.operator.weights[at]
-
-        def equivalent(law, by):  # type: ignore[no-untyped-def]
-            return law.plane.equivalent_jump(jump[[at]], gradient=False)[0][0]
-
-        gaps = np.array([float(each.variation.differences(equivalent)) for each in self.parameters]) - last.Z[:, at]
-        return problem.operator.force(gradient), 0.0, gaps
+        operator, variations = self.every[i][0].operator, [each.variation for each in self.parameters]
+        gradient, gaps = self.points.onset(i, variations, last.Z, operator.weights)
+        return operator.force(gradient), 0.0, gaps
 
     def _dissipation(self, i: int, last: _Rates, motion: Array) -> Array:
         """Derivatives of the dissipation of a step, (m,), whose jumps have the derivatives `motion`, (m, p, d)."""
@@ -271,7 +262,7 @@ class Sensitivity:
         """The derivatives with those of the energies, which `newton.next_state` adds up."""
         problem, states, weights = self.problem, self.states, self.problem.operator.weights
         started = InterfaceState(*(np.concatenate([getattr(rate.cracks, name) for rate in rates[:-1]])
-                                   for name in ("deformation", "stress", "Z")))  # fmt: skip
+                                   for name in ("deformation", "stress", "history")))  # fmt: skip
         motion = np.concatenate([rate.cracks.deformation for rate in rates[1:]])
         variation, points = parameter.variation, self.points
         stored, dissipated, contact = (
@@ -312,7 +303,7 @@ def moved(state: State, rate: State, by: float) -> State:
     """A state moved along its derivative, for what is recorded of it."""
     points, along = state.cracks, rate.cracks
     cracks = InterfaceState(
-        points.deformation + by * along.deformation, points.stress + by * along.stress, points.Z + by * along.Z
+        points.deformation + by * along.deformation, points.stress + by * along.stress, points.history + by * along.history
     )
     numbers = ("driven", "work", "elastic", "stored", "dissipated", "contact_work")
     changed = {name: getattr(state, name) + by * getattr(rate, name) for name in numbers}

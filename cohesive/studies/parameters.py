@@ -148,7 +148,7 @@ def _width(scene: Scene, like: Scene, settings: Settings) -> Changes:
     (here, rule), (there, rule_there) = (
         (each.band.width, each.band_rule)
         if is_band
-        else (each.interface.width, default_width(each.crack_length, each.material))
+        else (each.interface.width, default_width(each.crack_length, each.zone_length))
         for each in (scene, like)
     )
     factor = settings.get("width", 1.0) / settings.get("finer", 1.0)
@@ -165,7 +165,7 @@ def distance(scene: Scene, like: Scene) -> float:
 
 def _ratios(scene: Scene, like: Scene) -> tuple[float, float]:
     lengths = scene.crack_length / like.crack_length
-    return lengths, scene.material.zone_length / like.material.zone_length
+    return lengths, scene.zone_length / like.zone_length
 
 
 def _has_width(scene: Scene) -> bool:

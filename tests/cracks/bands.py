@@ -97,9 +97,9 @@ def check(law: CrackBand, state: BandState) -> None:
     assert np.isfinite(state.stress).all()
     N, release = stress_transformation(cracks.rotation), np.zeros_like(state.stress)
     for i, point in enumerate(cracks.point):
-        plane = CrackPlane(law.concrete, float(cracks.length[i]))
-        traction, Z = plane.traction(cracks.jump[[i]], cracks.Z[[i]])
+        plane = CrackPlane(law.law.concrete, float(cracks.length[i]))
+        traction, Z = plane.traction(cracks.jump[[i]], cracks.history[[i]])
         np.testing.assert_allclose([N[i] @ state.stress[point], cracks.traction[i]], [*traction, *traction], atol=allowed)
-        assert Z[0] == cracks.Z[i]
+        assert Z[0] == cracks.history[i]
         release[point] += N[i].T @ (cracks.strain[i] - law.compliance * traction[0])
     np.testing.assert_allclose(state.stress, (state.deformation - release) @ law.D, atol=10 * allowed, rtol=1e-12)

@@ -28,7 +28,7 @@ def test_without_shear_scaling_contact_has_the_printed_reduction() -> None:
         state = follow(law, law.initial(), [0.1 * Zm / side, 0, 0], strain)
         check(law, state)
         np.testing.assert_allclose(state.stress[0], [t[0], 0, t[1]], atol=1e-8 * FT)
-        undamaged = (1 - plane.damage(state.planes.Z)) * plane.stiffness(2) * state.planes.jump[0]
+        undamaged = (1 - plane.damage(state.planes.history)) * plane.stiffness(2) * state.planes.jump[0]
         contact.append(state.planes.traction[0] - undamaged)
     H = float(np.dot(CONCRETE.p, np.exp(-jump[0, 0] / (np.array(CONCRETE.c) * Zm))))
     np.testing.assert_allclose(contact[0] / contact[1], side / (H * side + (1 - H) * CONCRETE.h), rtol=1e-6)
@@ -82,7 +82,7 @@ def test_a_new_plane_is_inert() -> None:
         assert grown is not None and len(grown.planes.point) == planes
         again, tangent = law.update(start.deformation, grown, frozen=True)
         np.testing.assert_allclose(again.stress, start.stress, atol=1e-11 * FT)
-        np.testing.assert_array_equal(again.planes.Z, grown.planes.Z)
+        np.testing.assert_array_equal(again.planes.history, grown.planes.history)
         before = law.update(start.deformation, start, frozen=True)[1]
         np.testing.assert_allclose(tangent, before, rtol=0, atol=1e-8 * law.D.max())
         start = follow(law, law.initial(), [0.1 * Zm / 20, 0, 0])
@@ -96,7 +96,7 @@ def test_frozen_gives_the_unloading_tangent(plane: str) -> None:
     assert law.is_on_surface(start)
     for direction in np.random.default_rng(2).normal(size=(12, 3)):
         ends = [law.update(start.deformation + size * direction, start)[0] for size in (h, h / 2)]
-        loading = bool(ends[0].planes.Z[0] > start.planes.Z[0])
+        loading = bool(ends[0].planes.history[0] > start.planes.history[0])
         coarse, fine = ((end.stress - start.stress)[0] / size for end, size in zip(ends, (h, h / 2), strict=True))
         right, wrong = (law.update(start.deformation, start, frozen=f)[1][0] @ direction for f in (not loading, loading))
         np.testing.assert_allclose(right, 2 * fine - coarse, atol=1e-5 * law.D.max())
@@ -183,7 +183,7 @@ def test_open_planes_share_their_shear(planes: int, rank: int) -> None:
     assert len(state.planes.point) == planes
     # M = T + N De N^T (I - C T) of the local iteration
     opened, N = state.planes, stress_transformation(state.planes.rotation).reshape(3 * planes, 6)
-    slopes = law.plane.with_width(opened.length).update(opened.jump, opened.Z)[1] * opened.length[:, None, None]
+    slopes = law.law.with_width(opened.length).update(opened.jump, opened.history)[1] * opened.length[:, None, None]
     T, C = block_diag(*slopes), np.diag(np.tile(law.compliance, planes))
     values = np.linalg.svd(T + N @ law.D @ N.T @ (np.eye(3 * planes) - C @ T))[1]
     assert values[rank - 1] > 0.01 * values[0] and (values[rank:] < 1e-12 * values[0]).all()

@@ -41,7 +41,7 @@ def test_the_axes_in_a_facet_are_arbitrary() -> None:
             points_law.dissipation(start, state)[0],
             points_law.contact_work(start, state),
         ]
-        results.append([of.force(state.stress), stiffness, state.Z, *energies])
+        results.append([of.force(state.stress), stiffness, state.history, *energies])
     assert points_law.dissipation(start, state)[0].max() > 0 and abs(energies[2]).max() > 0
     for one, other in zip(*results, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-11 * abs(one).max())
@@ -56,5 +56,5 @@ def test_separated_is_where_every_point_is(openings: tuple[float, float], separa
     state = points.update(jump, points.initial())[0]
     if openings[1] == 0.3:
         state = points.update(jump * [[1.0, 0.0], [-1e-4, 0.0]], state)[0]
-        assert law.is_fully_softened(state.Z).all() and state.stress[1, 0] < 0
+        assert law.is_fully_softened(state.history).all() and state.stress[1, 0] < 0
     assert points.is_separated(state) == separated

@@ -267,10 +267,10 @@ def advance(law: CrackBand, strain: Array, start: BandState) -> BandState:
 def test_separation_and_exhaustion(softening: Any) -> None:
     m = concrete(softening)
     points = InterfaceLaw(CrackPlane(m, 0.5), 1)
-    Zt = points.plane.Zt
+    Zt = points.law.Zt
     for opening, gone in ((0.99, False), (1.1, True)):
         u = normal(np.array([Zt + opening * m.fully_softened]))
-        t, Z = points.plane.traction(u, np.zeros(1))
+        t, Z = points.law.traction(u, np.zeros(1))
         state = InterfaceState(u, t, Z)
         assert points.is_separated(state) == gone
         ended = gone and math.isfinite(m.curve.end)
@@ -306,7 +306,7 @@ def test_random_points_through_cyclic_tension_in_a_band(curves: int) -> None:
         for target in (0.1, 0.02, 0.5, 0.05, 1.1, 0.3):
             for part in np.linspace(at, target, 6)[1:]:
                 state = advance(band, np.array([[part * end, 0.0, 0.0]]), state)
-                t, _ = CrackPlane(m, 5.0).traction(state.planes.jump, state.planes.Z)
+                t, _ = CrackPlane(m, 5.0).traction(state.planes.jump, state.planes.history)
                 np.testing.assert_allclose(state.planes.traction, t, atol=1e-9 * m.ft)
             at = target
     assert rising > curves / 4

@@ -90,7 +90,7 @@ def test_gauss_quadrature_oscillates_and_nodal_does_not(beam: Scene) -> None:
 def test_width_rule_costs_less_than_one_percent() -> None:
     scene = Scene.load("notched-beam").with_(**{"stage.0.to": 0.04, "stage.0.steps": 80, "solver.tol": 1e-7})
     ruled, thin = run(scene), run(scene.with_(**{"interface.width": 0.01}))
-    assert ruled.width == pytest.approx(default_width(25.0, scene.material)) == pytest.approx(0.0625)
+    assert ruled.width == pytest.approx(default_width(25.0, scene.zone_length)) == pytest.approx(0.0625)
     for opening in (0.005, 0.01):
         loads = [np.interp(opening, r.history["opening"], r.history["load"]) for r in (ruled, thin)]
         assert 0 < 1 - loads[0] / loads[1] < 0.01

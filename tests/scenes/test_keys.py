@@ -9,9 +9,9 @@ import pytest
 
 from cohesive import Scene, SceneError
 from cohesive.commands.command_line import main
-from cohesive.scenes.inputs import TABLES
 from cohesive.scenes.keys import scene_keys, specimen_kinds
 from cohesive.scenes.scene import built_in
+from cohesive.scenes.table_reader import TABLES
 from cohesive.solver.columns import COLUMN_NAMES
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "guide" / "reference"

@@ -53,7 +53,7 @@ def test_sizes_follow_the_shorter_of_crack_and_process_zone() -> None:
 
 
 def test_the_width_follows_its_own_rule() -> None:
-    rule = default_width(50.0, TWICE.material)
+    rule = default_width(50.0, TWICE.zone_length)
     assert "interface.width" not in changes(TWICE, {}, BEAM)  # which the scene has
     assert changes(TWICE, {"width": 2.0}, BEAM)["interface.width"] == 2.0 * rule
     assert changes(TWICE.with_(**{"interface.width": 3.0}), {}, BEAM)["interface.width"] == rule
