@@ -29,7 +29,7 @@ QUICK = ["--set", "mesh.crack_size=2.5", "--set", "mesh.far_size=12.0", "--set",
 
 #: where a run is when the signal comes: module, function, and which call of it
 PLACES = {
-    "meshing": (meshing.generation.polygon, "generate", 1),
+    "meshing": (meshing.generation.polygon, "set_sizes", 1),
     "condensation": (cohesive.algebra.choice, "nested_dissection", 1),
     "the first step": (cohesive.solver.newton, "next_state", 1),
     "Newton": (cohesive.solver.newton, "next_state", 8),
@@ -111,7 +111,7 @@ def test_a_signal_ends_a_run_and_keeps_its_history(
 @pytest.mark.parametrize(
     ("place", "discrete", "smeared"),
     [
-        ((meshing.generation.polygon, "generate", 1), False, False),
+        ((meshing.generation.polygon, "set_sizes", 1), False, False),
         ((cohesive.solver.newton, "next_state", 8), True, False),
         ((cohesive.algebra.choice, "nested_dissection", 2), True, False),  # the second model, before its first step
         pytest.param((cohesive.solver.newton, "next_state", 30), True, True, marks=pytest.mark.long),

@@ -33,12 +33,12 @@ def test_block_in_tension_is_the_law_in_series_with_elasticity(rotation: float, 
 def test_pure_shear_without_contact() -> None:
     width = 0.3  # next to h nothing: eq. (25) leaves no contact
     scene = block(
-        specimen__faces="clamped", specimen__drive_angle=90.0, interface__width=width, material__h=1e18,
+        specimen__faces="clamped", specimen__drive_angle=90.0, interface__width=width, material__h=1e15,
         solver__tol=1e-8, **{"stage__0": {"control": "sliding", "to": 1.6, "steps": 100}},
     )  # fmt: skip
     result = run(scene)
     m = scene.material
-    assert abs(result.history["opening"]).max() < 1e-9
+    assert abs(result.history["opening"]).max() < 1e-8
     GIIf = m.r_sigma**2 * (m.E / m.G) * (m.Gf + m.ft**2 * width / (2 * m.E))
     assert result.dissipated_energy == pytest.approx(GIIf * 400.0, rel=1e-3)  # e^-7 is left at s = 1.6 mm
     assert result.history["load"].max() <= m.r_sigma * m.ft * 400.0

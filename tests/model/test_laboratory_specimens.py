@@ -204,5 +204,5 @@ def test_coarse_elements_are_warned_of(model: str, order: int) -> None:
 def test_the_mesh_of_no_built_in_scene_is_coarse(name: str) -> None:
     scene = Scene.load(name)
     mesh = cracked_mesh(scene)
-    assert path_size_note(mesh, scene.material, scene.crack_length, scene.is_extruded) == ""
-    assert path_size_note(mesh, scene.material, 0.1 * scene.crack_length, scene.is_extruded)  # of a short crack it is
+    assert path_size_note(mesh, scene.zone_length, scene.crack_length, scene.is_extruded) == ""
+    assert path_size_note(mesh, scene.zone_length, 0.1 * scene.crack_length, scene.is_extruded)  # of a short crack it is

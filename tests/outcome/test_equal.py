@@ -14,7 +14,7 @@ import meshio
 import numpy as np
 import pytest
 
-from cohesive import NotConverged, Result, Scene, SceneError, run
+from cohesive import CrackPlane, NotConverged, Result, Scene, SceneError, run
 from tests.builders import block, coarse_beam, plate
 
 matplotlib.use("Agg")
@@ -90,7 +90,7 @@ def assert_same(one: Any, other: Any, where: str) -> None:
     assert type(one) is type(other), where
     if isinstance(one, Scene):
         assert named(one) == named(other), where
-    elif isinstance(one, meshio.Mesh):
+    elif isinstance(one, (meshio.Mesh, CrackPlane)):
         assert_same(vars(one), vars(other), where)
     elif isinstance(one, meshio.CellBlock):
         assert_same((one.type, one.data), (other.type, other.data), where)

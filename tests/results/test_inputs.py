@@ -67,7 +67,9 @@ def test_a_mesh_takes_no_name_of_ours(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_copied_does_not_cost_the_results(tmp_path: Path) -> None:
-    result = replace(run(Scene(SHORT)), scene=Scene(OF_A_FILE).with_(**{"specimen.file": "gone.msh"}))
+    held = {"specimen.supports": [{"at": "support_left", "direction": [0, 1]}]}
+    gone = {"specimen.file": "gone.msh", "specimen.drive": {"at": "load", "direction": [0, -1]}} | held
+    result = replace(run(Scene(SHORT)), scene=Scene(OF_A_FILE).with_(**gone))
     (tmp_path / "inputs").write_text("a file where the folder would be")
     with pytest.raises(SceneError, match=r"gone.msh': cannot be read"):
         result.save(tmp_path, pictures=False)

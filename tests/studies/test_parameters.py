@@ -66,7 +66,7 @@ def test_the_width_follows_its_own_rule() -> None:
 def test_the_width_of_a_band_follows_its_own_rule() -> None:
     band = BEAM.with_(**{"model.kind": "smeared"})
     assert "band.width" not in changes(band, {"crack size": 2.0})
-    assert changes(band, {"crack size": 2.0, "width": 4.0})["band.width"] == 4.0 * default_band_width(25.0, BEAM.material)
+    assert changes(band, {"crack size": 2.0, "width": 4.0})["band.width"] == 4.0 * default_band_width(25.0, BEAM.zone_length)
     assert changes(band.with_(**{"band.width": 3.0}), {"crack size": 2.0}, band)["band.width"] == band.band_width
     everywhere = band.with_(**{"band.where": "everywhere"})
     assert "band.width" not in changes(everywhere, {"finer": 2.0}) and {"width": 2.0} not in single(everywhere)
