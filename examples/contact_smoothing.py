@@ -189,7 +189,7 @@ def main(size: float = 15.0, steps: Sequence[int] = (50, 20, 10), plot: Path | N
         numbers |= {f"c_zn = {c:g}: no stress at": at[0], f"c_zn = {c:g}: -1 MPa at": at[1]}
 
     scene = Scene.load("push-off")
-    by_rule = scene.band_width, default_width(scene.crack_length, scene.material)
+    by_rule = scene.band_width, default_width(scene.crack_length, scene.zone_length)
     cases: dict[str, dict[tuple[int, float], Iterations]] = {}
     for model in ("discrete", "smeared"):
         cases[f"block, {model}"] = {(n, c): block(c, model, size, n) for n in steps for c in CLOSING}

@@ -289,7 +289,7 @@ def is_whole(folder: Path) -> None:
 @pytest.mark.long
 def test_a_signal_ends_a_long_call(tmp_path: Path) -> None:
     """gmsh is at work for minutes, and comes to no signal by itself."""
-    process = started(tmp_path, "mesh.crack_size=0.001")
+    process = started(tmp_path, "mesh.crack_size=0.001", "mesh.far_size=8", "mesh.order=1")
     time.sleep(3.0)
     clock = time.monotonic()
     process.send_signal(signal.SIGTERM)

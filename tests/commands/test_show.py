@@ -69,6 +69,6 @@ def test_a_curve_of_unknown_columns_is_refused(
 
 @pytest.mark.long
 def test_the_law_is_drawn_with_the_width_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for width, expected in (((), "width of the crack plane 2.133 mm"), (("--width", "h"), "width of the crack plane 56 mm")):
+    for width, expected in (((), "width of the crack plane 0.5333 mm"), (("--width", "h"), "width of the crack plane 56 mm")):
         assert main(["law", "-o", str(tmp_path), *width]) == 0
         assert expected in capsys.readouterr().out

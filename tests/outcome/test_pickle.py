@@ -39,7 +39,7 @@ def files(folder: Path) -> dict[str, bytes]:
 def test_a_pickle_is_small() -> None:
     """Displacements and states of all rows: 0.7 MB in the discrete model, 1.2 MB in the smeared one."""
     for model in ("discrete", "smeared"):
-        assert len(pickle.dumps(run(Scene.load("notched-beam"), model))) < 2e6
+        assert len(pickle.dumps(run(Scene.load("notched-beam"), model))) < 2.5e6
 
 
 @pytest.mark.long

