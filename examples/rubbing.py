@@ -6,6 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from cohesive import Concrete, CrackPlane, Law
 from cohesive.figures.drawing import new_figure, save
@@ -43,7 +44,7 @@ def main(plot: Path | None = None, points: int = 300) -> dict[str, float]:
     work, curves = {}, {}
     for name, law in laws.items():
         sliding, shear = curves[name] = loop(law, points)
-        work[name] = float(np.trapezoid(shear[points:], sliding[points:]))
+        work[name] = float(trapezoid(shear[points:], sliding[points:]))
     for name, value in work.items():
         print(f"{name}: {value:.3f} N/mm in a loop of sliding")
     if plot is not None:
