@@ -74,8 +74,8 @@ def potential_contact(concrete: Concrete, k: Array, jump: Array, Z: Array) -> tu
     left = inelastic_jump(concrete, k, np.column_stack([jump[:, 0], sliding]), Z)
     _, t, stiffness, t_Z = _asperity_energy(concrete, left, Z)
     A = stiffness + k[:, :, None] * np.eye(2)
-    T = k[:, :, None] * np.linalg.solve(A, stiffness)
-    dZ = k * np.linalg.solve(A, t_Z[:, :, None])[:, :, 0]
+    T = k[:, :, None] * _solved(A, stiffness)
+    dZ = k * _solved(A, t_Z[:, :, None])[:, :, 0]
     # (normal, |s|) to components: the shear ones lie along s
     traction = np.column_stack([t[:, 0], t[:, 1:] * along])
     slope_Z = np.column_stack([dZ[:, 0], dZ[:, 1:] * along])
@@ -100,7 +100,7 @@ def _asperity_energy(concrete: Concrete, left: Array, Z: Array) -> tuple[Array, 
     W, W_Z = surface.work(g)
     H, lost, dH, ddH = interlock(m, left[:, 0])
     B, dB = H / lost, dH / lost**2
-    ddB = ddH / lost**2 + 2.0 * dH**2 / lost**3
+    ddB = (ddH + 2.0 * dH**2 / lost) / lost**2
     for quantity in (g_phi, g_Z, W_Z):
         quantity[out] = 0.0
     stiffness = m.G / m.h
@@ -139,7 +139,7 @@ def inelastic_jump(concrete: Concrete, k: Array, jump: Array, Z: Array) -> Array
     value, gradient, hessian = total_energy(m, k, left, jump, Z)
     for _ in range(MAX_ITERATIONS):
         lift = np.maximum(1e-3 * k[at].min(axis=1) - _least(hessian[at]), 0.0)  # downhill also if it is not convex
-        step = -np.linalg.solve(hessian[at] + lift[:, None, None] * np.eye(2), gradient[at, :, None])[:, :, 0]
+        step = -_solved(hessian[at] + lift[:, None, None] * np.eye(2), gradient[at, :, None])[:, :, 0]
         room = _APPROACH * left[at, 0]
         length = np.where(-step[:, 0] > room, room / np.where(step[:, 0] < 0, -step[:, 0], 1.0), 1.0)
         converged = (abs(step) <= _DIGITS * rounding[at, None]).all(axis=1)
@@ -168,6 +168,14 @@ def inelastic_jump(concrete: Concrete, k: Array, jump: Array, Z: Array) -> Array
                 break
             length[waiting] *= 0.4
     raise NoContact(f"no contact found for the jump {jump[at[0]]} at Z = {Z[at[0]]:g}")
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Solutions of systems (n, 2, 2) with right sides (n, 2, k); NoContact if one has none."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:
+        raise NoContact("no contact found: of faces pressed so hard the asperities leave no digit of the plane") from None
 
 
 def _least(matrix: Array) -> Array:

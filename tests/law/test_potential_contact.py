@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from cohesive import Concrete, CrackPlane, NotConverged, Scene, run
-from cohesive.law.potential_contact import inelastic_jump, total_energy
+from cohesive.errors import NoContact
+from cohesive.law.potential_contact import inelastic_jump, potential_contact, total_energy
 
 Array = NDArray[np.float64]
 
@@ -147,7 +148,8 @@ def test_growing_damage_creates_no_energy_either(name: str, width: float) -> Non
     step = 1e-4 * Z
 
     def energy(history: Array) -> Array:
-        from cohesive.law.potential_contact import inelastic_jump, total_energy
+        from cohesive.errors import NoContact
+from cohesive.law.potential_contact import inelastic_jump, potential_contact, total_energy
 
         psi = np.zeros(len(jump))
         at = np.flatnonzero(law.contact_distance(jump, history)[0] < law.contact_reach(history))
@@ -270,3 +272,9 @@ def test_thin_asperities_are_not_convex_and_find_their_energy() -> None:
     k = np.broadcast_to(law.stiffness(2), jump.shape)
     _, _, hessian = total_energy(m, k, inelastic_jump(m, k, jump, Z), jump, Z)
     assert (np.linalg.eigvalsh(hessian)[:, 0] > 0).all()
+
+
+def test_faces_pressed_beyond_all_digits_are_a_failed_point() -> None:
+    """A trial of Newton's method that is far off: the step is cut, the run goes on."""
+    with pytest.raises(NoContact, match="leave no digit of the plane"):
+        potential_contact(CORRECTED, np.array([8e3, 3.6e3]), np.array([[-1e60, 1e8]]), np.ones(1))
