@@ -148,8 +148,7 @@ def test_growing_damage_creates_no_energy_either(name: str, width: float) -> Non
     step = 1e-4 * Z
 
     def energy(history: Array) -> Array:
-        from cohesive.errors import NoContact
-from cohesive.law.potential_contact import inelastic_jump, potential_contact, total_energy
+        from cohesive.law.potential_contact import inelastic_jump, total_energy
 
         psi = np.zeros(len(jump))
         at = np.flatnonzero(law.contact_distance(jump, history)[0] < law.contact_reach(history))
