@@ -39,11 +39,11 @@ def test_a_bilinear_law_is_the_linear_softening_curve_in_both_models() -> None:
     assert own.discrete.history["cohesive_length"].max() > 0
 
 
-def test_a_balance_that_checks_nothing_says_so() -> None:
-    result = run(BEAM)
+@pytest.mark.parametrize(("to", "steps"), [(0.08, 12), (0.03, 3), (0.03, 8)])
+def test_a_balance_that_checks_nothing_says_so(to: float, steps: int) -> None:
+    result = run(BEAM.with_(**{"stage.0.to": to, "stage.0.steps": steps}))
     assert np.isnan(result.energy_error) and "not checked" in result.summary()
-    # what is left of the balance is dissipated, but in a step in which the first points are damaged: 7e-4 on one mesh
-    assert abs(result.unaccounted).max() < 2e-3 * result.history["work"].max()
+    assert abs(result.unaccounted).max() < 1e-6 * result.history["work"].max()
     assert result.dissipated_energy > 0 and result.full_energy == pytest.approx(0.07 * 1250.0)
 
 

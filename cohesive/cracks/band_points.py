@@ -71,6 +71,10 @@ class CrackBand:
         span = np.ptp(self.corners, axis=1).max(axis=1).min()
         return self.law.with_width(float(span)).onset_jump
 
+    @property
+    def is_checked(self) -> bool:
+        return self.law.is_checked
+
     def of_material(self, concrete: Concrete) -> CrackBand:
         return replace(self, law=self.law.built_for(concrete, self.law.width, self.corners.shape[2]))
 

@@ -33,6 +33,10 @@ class InterfaceLaw:
     def onset_jump(self) -> float:
         return self.law.onset_jump
 
+    @property
+    def is_checked(self) -> bool:
+        return self.law.is_checked
+
     def of_material(self, concrete: Concrete) -> InterfaceLaw:
         return replace(self, law=self.law.built_for(concrete, self.law.width, self.components))
 

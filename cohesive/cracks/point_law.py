@@ -22,6 +22,10 @@ class PointLaw(Protocol):
     def onset_jump(self) -> float:
         """Smallest motion that damages, mm."""
 
+    @property
+    def is_checked(self) -> bool:
+        """Whether the balance of energies checks the law: its dissipation is not what the work of a step leaves."""
+
     def of_material(self, concrete: Concrete) -> PointLaw:
         """The same points with another material."""
 

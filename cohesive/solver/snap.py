@@ -74,14 +74,14 @@ def advance_past_onset(problem: Problem, start: State, control: str, target: flo
     """A step of a stage: to its target, or to the onset of damage if the control begins there and nothing is damaged yet.
 
     If damage begins in the step, or begins again, its work is that of two parts, of which the first one ends there: the
-    trapezoidal rule would run over a kink.
+    trapezoidal rule would run over a kink. Dissipation that is what the work leaves needs the work of the whole step.
     """
     if problem.point_law.is_on_surface(start.cracks):
         return advance(problem, start, control, target, reversal)
     if control_of(control).begins_at_onset:
         return advance_to_onset(problem, start)
     trial = advance(problem, start, control, target, reversal)
-    if trial.state.dissipated <= start.dissipated:
+    if not problem.point_law.is_checked or trial.state.dissipated <= start.dissipated:
         return trial
     onset = onset_within(problem, start, control, target)
     if onset is None:
