@@ -159,11 +159,10 @@ class Condensed:
             If the passive part is singular: the body is not held.
         """
         unit = 2.0 ** np.frexp(K.diagonal().max(initial=0.0))[1]  # twice the stiffness gives twice the result, bit by bit
-        K = K / unit
-        eliminated, complements = _eliminate(K, tree)
+        eliminated, complements = _eliminate(K, tree, unit)
         passive, first = np.setdiff1d(np.arange(basis.shape[1]), active), tree.start[-1]
         ordered = basis.tocsc()[:, np.append(passive, active)]
-        blocks = _expressed(K[first:, first:], complements, ordered, len(passive))
+        blocks = _expressed(K[first:, first:] / unit, complements, ordered, len(passive))
         del complements  # and their memory
         last, stiffness = _Eliminated.from_front(*blocks)
         stiffness *= unit
@@ -219,8 +218,8 @@ class Places:
         return cls(stack, start, sizes)
 
 
-def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated], list[_Update]]:
-    """Eliminate group by group; the rows of the factor, and what adds to the unknowns left, which are counted from 0."""
+def _eliminate(K: sp.csc_array, tree: EliminationTree, unit: float) -> tuple[list[_Eliminated], list[_Update]]:
+    """Eliminate K / unit group by group; the rows of the factor, and what adds to the unknowns left, counted from 0."""
     places, first = tree.places, int(tree.start[-1])
     memory = [np.empty(size) for size in places.sizes]
     eliminated, left = [], []
@@ -228,7 +227,7 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
     for g, (border, parent) in enumerate(zip(tree.borders, tree.parents, strict=True)):
         n, begin = len(border), places.start[g]
         place = memory[places.stack[g]][begin : begin + n * n].reshape(n, n)
-        frontal = _frontal(K, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], place)
+        frontal = _frontal(K, unit, int(tree.start[g]), int(tree.start[g + 1]), border, waiting[g], place)
         done, complement = _Eliminated.from_front(*frontal)
         eliminated.append(done)
         waiting[g] = []
@@ -240,18 +239,19 @@ def _eliminate(K: sp.csc_array, tree: EliminationTree) -> tuple[list[_Eliminated
 
 
 def _frontal(
-    K: sp.csc_array, a: int, b: int, border: Index, updates: list[_Update], place: Array
+    K: sp.csc_array, unit: float, a: int, b: int, border: Index, updates: list[_Update], place: Array
 ) -> tuple[Array, Array, Array]:
-    """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K and the Schur
-    complements of earlier groups; `rest` lies in `place`."""
+    """The frontal matrix [[own, .], [below, rest]] of the group of the unknowns from a to b: entries of K / unit and the
+    Schur complements of earlier groups; `rest` lies in `place`."""
     k, n = b - a, b - a + len(border)
     entries = slice(K.indptr[a], K.indptr[b])
+    values = K.data[entries] / unit
     rows, columns = K.indices[entries], np.repeat(np.arange(k), np.diff(K.indptr[a : b + 1]))
     rows = np.where(rows < b, rows - a, k + np.searchsorted(border, rows))
     # all blocks are transposed: their upper triangles count
     if n * n < SMALL:
         front = np.zeros((n, n))
-        front.reshape(-1)[columns * n + rows] = K.data[entries]
+        front.reshape(-1)[columns * n + rows] = values
         for unknowns, lower in updates:
             cut = int(np.searchsorted(unknowns, b))
             at = np.concatenate([unknowns[:cut] - a, k + np.searchsorted(border, unknowns[cut:])])
@@ -260,8 +260,8 @@ def _frontal(
         return front[:k, :k].copy().T, front[:k, k:].copy().T, place.T
     own, below, place[:] = np.zeros((k, k)), np.zeros((k, n - k)), 0.0
     inner = rows < k
-    own[columns[inner], rows[inner]] = K.data[entries][inner]
-    below[columns[~inner], rows[~inner] - k] = K.data[entries][~inner]
+    own[columns[inner], rows[inner]] = values[inner]
+    below[columns[~inner], rows[~inner] - k] = values[~inner]
     for unknowns, lower in updates:
         cut, part = int(np.searchsorted(unknowns, b)), lower.T
         first, later = unknowns[:cut] - a, np.searchsorted(border, unknowns[cut:])
