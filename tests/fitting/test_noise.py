@@ -37,7 +37,7 @@ def slope_at(x: Array) -> Array:
 def model() -> LinearRun:
     """Few places, between which it is smooth: the targets of a fit follow it."""
     openings = np.r_[np.linspace(0.0, 0.15, 26)[1:], np.geomspace(0.15, 2.05, 16)[1:]]
-    return LinearRun.about(beam(order=1, size=12.5), [float(x) for x in openings])
+    return LinearRun.about(beam(size=12.5), [float(x) for x in openings])
 
 
 @pytest.mark.parametrize(("opening", "of_load"), [(5e-4, 25.0), (5e-4, 0.1), (0.0, 25.0)])
@@ -92,7 +92,7 @@ def test_thousands_of_rows_narrow_the_intervals_by_their_root() -> None:
     """5000 rows for 200: a fifth."""
     ends = [linear_fit(model(), noisy(model(), rows, 1))[1] for rows in (200, 5000)]
     wide, narrow = (np.log(each[:, 1] / each[:, 0]) for each in ends)
-    np.testing.assert_array_less(2.0, wide / narrow)
+    np.testing.assert_array_less(3.0, wide / narrow)
     np.testing.assert_array_less(wide / narrow, 8.0)
 
 

@@ -129,7 +129,7 @@ def test_one_number_everywhere(beam: Scene, tmp_path: Path) -> None:
 
 
 def test_twice_the_steps_move_it_less_than_its_row(beam: Scene) -> None:
-    """Place by the cubic within half a percent, by the row several percent."""
+    """Place by the cubic within a percent, by the row several percent."""
     results = [run(beam.with_(**{"stage.0.steps": steps})) for steps in (35, 41, 160)]
     places = [each.peak.at for each in results]
     assert places[:2] == pytest.approx([places[2]] * 2, rel=1e-2)
